@@ -54,7 +54,8 @@ fn fenics() -> Result {
 
     let thetas = [vec![60.0, 60.0], vec![90.0, 90.0]];
     let solutions = sweep(&body, &thetas, &Options::default(), || ())?;
-    let fields = solutions.solutions()?.iter().map(|s| s.displacement.clone()).collect();
+    let fields = solutions.into_iter().map(|s| s.map(|s| s.displacement));
+    let fields = fields.collect::<std::result::Result<_, _>>()?;
     Fields { body: &body, thetas: &thetas, found: vec![("solved", fields)] }.write(&folder, 2)?;
     assert!(folder.join("cases.pvd").exists(), "for ParaView");
     Ok(())

@@ -30,9 +30,6 @@
 //! - [`ParameterScaling`], [`OutputScale`]: standardised parameters and displacements.
 
 mod anchors;
-mod blend;
-mod choice;
-mod clusters;
 mod dirichlet;
 mod error;
 mod motions;
@@ -42,15 +39,76 @@ mod principal;
 mod scaling;
 mod split;
 mod tree;
-mod turning;
+
+pub(crate) use error::Result;
+pub(crate) use motions::{of_eigenvalues, rigid_motions};
+pub(crate) use polynomial::{Polynomial, expansion, terms};
+pub(crate) use tree::{Number, cluster_centres, cluster_counts};
 
 pub use anchors::Anchors;
-pub use choice::Coordinates;
-pub use clusters::halves;
 pub use dirichlet::Dirichlet;
 pub use error::{CoordinateError, require_count, require_finite, require_positive};
 pub use motions::{Anchor, Motions};
 pub use polynomial::{all_terms, check_terms};
 pub use principal::PrincipalDirections;
 pub use scaling::{OutputScale, ParameterRange, ParameterScaling};
-pub use tree::MotionTree;
+pub use tree::{MotionTree, halves};
+
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Coordinates in which displacements of a body are learned.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Coordinates {
+    /// Displacements themselves, in units of an [`OutputScale`].
+    #[default]
+    Components,
+    /// Rigid motions of clusters and displacements of nodes within them.
+    Motions(Motions),
+    /// The directions in which simulations differ.
+    Principal(PrincipalDirections),
+}
+
+impl Coordinates {
+    /// Taylor coefficients of the outputs: per unit of each standardised parameter and of each product of two; empty
+    /// without them.
+    pub fn slopes(&self) -> &[Vec<f64>] {
+        match self {
+            Self::Components => &[],
+            Self::Motions(motions) => motions.slopes(),
+            Self::Principal(directions) => directions.slopes(),
+        }
+    }
+
+    /// Rates of the logarithm of the amplitude, see [`Motions::with_amplitude`]; empty without an amplitude.
+    pub fn rates(&self) -> &[f64] {
+        match self {
+            Self::Motions(motions) => motions.rates(),
+            Self::Components | Self::Principal(_) => &[],
+        }
+    }
+
+    /// Outputs of the Taylor polynomial at standardised parameters, those of clusters before those of nodes, or their
+    /// derivatives along a direction of the parameters; empty without a polynomial.
+    pub fn expansion(&self, parameters: &[f64], along: Option<&[f64]>) -> Vec<f64> {
+        expansion((self.slopes(), self.rates()), parameters, along)
+    }
+
+    /// Further solved states whose displacements are added; none where outputs follow one state.
+    pub fn anchors(&self) -> Option<&Arc<Anchors>> {
+        match self {
+            Self::Motions(motions) => motions.anchors(),
+            Self::Components | Self::Principal(_) => None,
+        }
+    }
+
+    /// Displacements of zero outputs, if they are not those of the scale.
+    pub fn origin(&self) -> Option<&[f64]> {
+        match self {
+            Self::Components => None,
+            Self::Motions(motions) => Some(motions.origin()),
+            Self::Principal(directions) => Some(directions.origin()),
+        }
+    }
+}

@@ -4,11 +4,10 @@ use crate::parameters::{check_body, check_length, extrapolation, require_finite}
 use crate::predict::Predictor;
 use crate::predict::regressed::{self, Regressed};
 use crate::predict::taylor::{self, TaylorExpansion};
-use crate::store::checksums::{self, SEAL};
 use crate::store::identity::{self, Identity};
 use crate::store::record::Record;
-use crate::store::{content, read_json, write_json};
-use crate::{Body, Error, PodRegression, Result, TrainingOptions, Warning};
+use crate::store::{SEAL, check_seal, content, read_json, require_sealed, seal, write_json};
+use crate::{Body, Error, Result, TrainingOptions, Warning};
 use serde::{Deserialize, Serialize};
 use sinew_fem::{FrozenStiffness, Solver, SolverPool};
 use std::path::Path;
@@ -19,7 +18,8 @@ use std::time::Instant;
 #[doc(alias("surrogate", "metamodel", "ROM"))]
 pub struct Emulator<'b> {
     pub(crate) body: &'b Body,
-    pub(crate) predictor: Box<dyn Predictor + 'b>,
+    /// The way from parameters to displacements; [`Predictor::regression`] if a regression predicts alone.
+    pub predictor: Box<dyn Predictor + 'b>,
     /// Provenance, and the measures of how far it is to be trusted.
     pub record: Record,
     pub(crate) solvers: SolverPool<'b>,
@@ -130,13 +130,8 @@ impl<'b> Emulator<'b> {
     }
 
     /// Taylor expansion about a known solution at the centre of the parameters' ranges.
-    pub(crate) fn taylor_about(
-        mut solver: Solver<'b>,
-        body: &'b Body,
-        solved: &[f64],
-        seed: u64,
-    ) -> Result<Self> {
-        let start = Instant::now();
+    pub(crate) fn taylor_about(mut solver: Solver<'b>, solved: &[f64], seed: u64) -> Result<Self> {
+        let (start, body) = (Instant::now(), solver.body());
         let taylor = TaylorExpansion::about_solved(&mut solver, solved, seed)?;
         let emulator = Self::of_taylor(body, taylor, start);
         emulator.solvers.add(solver);
@@ -156,16 +151,6 @@ impl<'b> Emulator<'b> {
         Self { body, predictor, record, solvers: SolverPool::new(body), held: OnceLock::new() }
     }
 
-    /// Splits the emulator into its predictor and the record of how that was made.
-    pub fn into_parts(self) -> (Box<dyn Predictor + 'b>, Record) {
-        (self.predictor, self.record)
-    }
-
-    /// The regression that predicts alone, see [`Predictor::regression`].
-    pub fn regression(&self) -> Option<&PodRegression> {
-        self.predictor.regression()
-    }
-
     /// The body.
     pub fn body(&self) -> &'b Body {
         self.body
@@ -177,24 +162,23 @@ impl<'b> Emulator<'b> {
     /// θ of the wrong length, not finite, not positive where samples are uniform in the logarithm, or so far outside its ranges
     /// that a displacement is not finite.
     pub fn predict(&self, thetas: &[Vec<f64>]) -> Result<Prediction> {
-        thetas.iter().try_for_each(|theta| check_length(self.body, theta))?;
-        self.predicted(thetas, self.predictor.predict(self.body, thetas))
+        self.predicted(thetas, false)
     }
 
-    /// Predicts with the message passing that a network needs for an unseen geometry. This is less accurate than the
+    /// Predicts, in full with the message passing that a network needs for an unseen geometry. This is less accurate than the
     /// trained node embeddings. Other predictors predict as in [`Emulator::predict`].
     ///
     /// # Errors
     /// As [`Emulator::predict`].
-    pub(crate) fn predict_in_full(&self, thetas: &[Vec<f64>]) -> Result<Prediction> {
-        thetas.iter().try_for_each(|theta| check_length(self.body, theta))?;
-        self.predicted(thetas, self.predictor.predict_in_full(self.body, thetas))
-    }
-
-    fn predicted(&self, thetas: &[Vec<f64>], found: Result<Vec<f64>>) -> Result<Prediction> {
-        let displacement = found?;
-        require_finite(self.body, thetas, &displacement)?;
-        let warnings = thetas.iter().map(|theta| extrapolation(self.body, theta)).collect();
+    pub(crate) fn predicted(&self, thetas: &[Vec<f64>], in_full: bool) -> Result<Prediction> {
+        let Self { body, predictor, .. } = self;
+        thetas.iter().try_for_each(|theta| check_length(body, theta))?;
+        let displacement = match in_full {
+            true => predictor.predict_in_full(body, thetas)?,
+            false => predictor.predict(body, thetas)?,
+        };
+        require_finite(body, thetas, &displacement)?;
+        let warnings = thetas.iter().map(|theta| extrapolation(body, theta)).collect();
         Ok(Prediction { thetas: thetas.to_vec(), displacement, warnings })
     }
 
@@ -208,7 +192,7 @@ impl<'b> Emulator<'b> {
         let (body, record, model) = (identity::of(self.body), self.record.clone(), kind.into());
         let description = Description { version: VERSION, model, body, record };
         write_json(&folder.join(DESCRIPTION), &description)?;
-        checksums::seal(folder, DESCRIPTION, kind)
+        seal(folder, DESCRIPTION, kind)
     }
 
     /// Reads an emulator of `body` whose predictor is a Taylor expansion or a regression.
@@ -228,7 +212,7 @@ impl<'b> Emulator<'b> {
         if !file.exists() && !folder.join(SEAL).exists() {
             return Err(Error::NoEmulator { folder: folder.into() });
         }
-        let sealed = checksums::check(folder)?;
+        let sealed = check_seal(folder)?;
         let Description { version, model, body: stored, record } =
             read_json(&file)?.ok_or_else(|| Error::NoEmulator { folder: folder.into() })?;
         if version != VERSION {
@@ -241,7 +225,7 @@ impl<'b> Emulator<'b> {
             )));
         }
         check_body(body)?;
-        checksums::require(&sealed, folder, DESCRIPTION, &model)?;
+        require_sealed(&sealed, folder, DESCRIPTION, &model)?;
         let part = folder.join(&model);
         let known = kinds.iter().find(|(kind, _)| *kind == model);
         let predictor = match known {

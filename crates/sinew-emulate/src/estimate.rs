@@ -1,11 +1,7 @@
 //! Error estimates of predictions: the distance to the nearby equilibrium, or the reason for none.
 
-pub(crate) mod calibration;
 pub(crate) mod evaluate;
 pub(crate) mod evaluation;
-pub(crate) mod quantiles;
-pub(crate) mod stages;
-pub(crate) mod timing;
 
 use crate::estimate::evaluate::share;
 use crate::{Emulator, Error, Prediction, Result, Warning};

@@ -78,29 +78,25 @@ mod refine;
 mod runs;
 mod sample;
 pub mod store;
-mod warning;
 
 pub use emulator::{Emulator, Load, Prediction};
-pub use error::{Error, Result};
-pub use estimate::evaluate::{CaseErrors, Errors, METRICS, Metric, TestSet, median_and_worst};
-pub use estimate::evaluation::{Corrected, Evaluation, Times};
-pub use estimate::quantiles::Quantiles;
-pub use estimate::stages::Stage;
-pub use estimate::{Distance, Estimate};
-pub use predict::regression::{
-    Interpolation, PodRegression, RegressionError, RegressionParts, SizeRegression,
+pub use error::{Error, RegressionError, Result, Warning};
+pub use estimate::evaluate::{
+    CaseErrors, Errors, METRICS, Metric, Quantiles, TestSet, median_and_worst,
 };
+pub use estimate::evaluation::{Corrected, Evaluation, Stage, Times};
+pub use estimate::{Distance, Estimate};
+pub use predict::regression::{Interpolation, PodRegression, RegressionParts};
 pub use predict::taylor::TaylorExpansion;
 pub use predict::{Predictor, central_differences};
+pub use recipe::Train;
 pub use recipe::options::{Budget, TrainingOptions};
 pub use recipe::progress::{Counter, Observer, Progress};
 #[cfg(feature = "terminal")]
 pub use recipe::terminal::Terminal;
-pub use recipe::{Train, train};
-pub use refine::Answer;
 pub use refine::answers::Answers;
-pub use refine::correction::Correction;
 pub use refine::plan::{Cost, Method, Plan};
+pub use refine::{Answer, Correction};
 pub use runs::{Emulated, LeftOut, Output, Predicted, RunsEmulator};
 pub use sample::campaign::{Shard, ShardState, merge, simulate_shard};
 pub use sample::simulate::{
@@ -109,12 +105,11 @@ pub use sample::simulate::{
 pub use sample::{Design, at_share, share_of, split_seed};
 pub use sinew_energy::Body;
 pub use store::record::{Calibration, Candidate, Choice, CurvePoint, Kept, Record};
-pub use warning::Warning;
 
 /// Parts that recipes outside of this crate are made of, such as those of networks.
 pub mod parts {
     pub use crate::estimate::evaluate::root_mean_square;
-    pub use crate::estimate::timing::timed;
+    pub use crate::estimate::evaluate::timed;
     pub use crate::parameters::{not_finite, require_finite, scaling};
     pub use crate::predict::taylor::{admissible, expand, with_anchors, work};
     pub use crate::recipe::session::{Session, Stream};

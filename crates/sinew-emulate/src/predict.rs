@@ -1,9 +1,7 @@
 //! Predictors: displacements of one body at parameter sets, by any method.
 
-pub(crate) mod frozen_stiffness;
 pub(crate) mod regressed;
 pub(crate) mod regression;
-pub(crate) mod sensitivity;
 pub(crate) mod taylor;
 
 use crate::parameters::check_length;

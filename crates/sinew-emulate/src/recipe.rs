@@ -1,15 +1,13 @@
-//! Recipes: how a body becomes an emulator. One file each.
+//! Recipes: how a body becomes an emulator.
 
 pub(crate) mod options;
+mod plain;
 pub(crate) mod progress;
-mod regression;
 pub(crate) mod session;
-mod taylor;
 #[cfg(feature = "terminal")]
 pub(crate) mod terminal;
 
-pub use regression::Regression;
-pub use taylor::Taylor;
+pub use plain::{Regression, Taylor};
 
 use crate::estimate::evaluate::TestSet;
 use crate::predict::Predictor;
@@ -59,10 +57,16 @@ pub trait Train: Debug {
         record: &mut Record,
     ) -> Result<Box<dyn Predictor>>;
 
-    /// [`train`] by this recipe.
+    /// Trains an emulator of a body and checks its error estimate.
+    ///
+    /// Runs the simulations of the recipe, trains, and checks the error estimate on held-out simulations. A folder in the
+    /// options stores all results as they are made: a killed run resumes from it, and the emulator is stored in its subfolder
+    /// `emulator`. A network keeps the weights with the lowest error on the held-out simulations ([`Record::kept`]). Reasons
+    /// not to trust the result are in [`Record::warnings`].
     ///
     /// # Errors
-    /// As [`train`].
+    /// Invalid settings, a body without free parameters, a folder with a run that is neither to be resumed nor to be replaced,
+    /// simulations of which most fail, a training that diverges, files that cannot be written, an observer that breaks.
     fn train<'b>(
         &self,
         body: &'b Body,
@@ -72,33 +76,14 @@ pub trait Train: Debug {
     where
         Self: Sized,
     {
-        train(self, body, options, observer)
+        train_with(self, body, options, observer, &[])
     }
 }
 
-/// Trains an emulator of a body and checks its error estimate.
-///
-/// Runs the simulations of the recipe, trains, and checks the error estimate on held-out simulations. A folder in the
-/// options stores all results as they are made: a killed run resumes from it, and the emulator is stored in its subfolder
-/// `emulator`. A network keeps the weights with the lowest error on the held-out simulations ([`Record::kept`]). Reasons
-/// not to trust the result are in [`Record::warnings`].
+/// Trains as [`Train::train`] does, where a finished run may have left predictors of other `kinds` ([`Emulator::load_with`]).
 ///
 /// # Errors
-/// Invalid settings, a body without free parameters, a folder with a run that is neither to be resumed nor to be replaced,
-/// simulations of which most fail, a training that diverges, files that cannot be written, an observer that breaks.
-pub fn train<'b>(
-    recipe: &dyn Train,
-    body: &'b Body,
-    options: &TrainingOptions,
-    observer: &mut dyn Observer,
-) -> Result<Emulator<'b>> {
-    train_with(recipe, body, options, observer, &[])
-}
-
-/// Trains as [`train`] does, where a finished run may have left predictors of other `kinds` ([`Emulator::load_with`]).
-///
-/// # Errors
-/// As [`train`].
+/// As [`Train::train`].
 pub fn train_with<'b>(
     recipe: &dyn Train,
     body: &'b Body,

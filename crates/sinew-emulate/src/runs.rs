@@ -1,9 +1,8 @@
 //! Emulators of stored runs of any solver: Gaussian processes of numbers or displacements over θ, without a body.
 
 use crate::predict::regression::{Conditional, Step, check_samples, folds, steps};
-use crate::store::checksums::{self, SEAL};
 use crate::store::identity::{Axis, axis};
-use crate::store::{read_json, write_json};
+use crate::store::{SEAL, check_seal, checksums, read_json, write_json};
 use crate::{Counter, Error, Observer, PodRegression, Result};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -176,7 +175,7 @@ impl RunsEmulator {
             }
         }
         // By the numbers of the runs as they were given.
-        outputs.iter().try_for_each(|of| check_samples(&parameters, thetas, &of.values))?;
+        outputs.iter().try_for_each(|of| check_samples((&parameters, thetas, &of.values)))?;
         let mut order: Vec<usize> = (0..thetas.len()).collect();
         order.shuffle(&mut ChaCha8Rng::seed_from_u64(SEED));
         order.truncate(MOST_RUNS);
@@ -193,15 +192,13 @@ impl RunsEmulator {
         let fit = |output: &Output| -> Result<_> {
             let (values, step): (_, &Step<'_>) = (drawn(&output.values), &step);
             let (regression, errors) =
-                PodRegression::fit_evidence(&parameters, &thetas, &values, step)?;
+                PodRegression::fit_evidence((&parameters, &thetas, &values), step)?;
             let conditional = conditional(&regression)?;
             Ok(((regression, conditional), LeftOut::of(output, &values, &errors)))
         };
         let found: Result<Vec<_>> = outputs.par_iter().map(fit).collect();
         let counter = counter.into_inner().unwrap_or_else(PoisonError::into_inner);
-        if counter.is_broken() {
-            return Err(Error::Interrupted { stage: STAGE.into() });
-        }
+        counter.check()?;
         counter.finish("fitted");
         let (outputs, left_out) = found?.into_iter().unzip();
         Ok(Self { parameters, mesh, outputs, left_out })
@@ -265,7 +262,7 @@ impl RunsEmulator {
             mesh.write_vtu(folder.join(MESH)).map_err(|error| Error::Refused(error.to_string()))?;
             names.push(MESH.into());
         }
-        write_json(&folder.join(SEAL), &checksums::of(folder, names)?)
+        write_json(&folder.join(SEAL), &checksums(folder, names)?)
     }
 
     /// Reads what [`RunsEmulator::save`] wrote.
@@ -275,7 +272,7 @@ impl RunsEmulator {
     pub fn load(folder: &Path) -> Result<Self> {
         let Description { parameters, left_out, .. } = read_json(&folder.join(Self::FILE))?
             .ok_or_else(|| Error::NoEmulator { folder: folder.into() })?;
-        let sealed = checksums::check(folder)?;
+        let sealed = check_seal(folder)?;
         let parameter = |Axis { name, range: [low, high], unit, logarithmic }| match logarithmic {
             true => Parameter::log(name, unit.as_str(), low..=high),
             false => Parameter::linear(name, unit.as_str(), low..=high),

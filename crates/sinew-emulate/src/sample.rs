@@ -1,9 +1,7 @@
 //! Designs of the parameter sets of simulations.
 
-pub(crate) mod array_task;
 pub(crate) mod block;
 pub(crate) mod campaign;
-pub(crate) mod shared;
 pub(crate) mod simulate;
 
 use crate::{Error, Result};

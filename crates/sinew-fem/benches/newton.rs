@@ -62,7 +62,8 @@ fn stages(criterion: &mut Criterion) {
 fn sweeps(criterion: &mut Criterion) {
     let (potential, thetas, options) = (beam(), samples(), Options::default());
     let swept = sweep(&potential, &thetas, &options, || ()).expect("the beam is held");
-    let solutions = swept.solutions().expect("every sample has an equilibrium");
+    let solutions: Vec<_> =
+        swept.into_iter().map(|s| s.expect("every sample has an equilibrium")).collect();
     let worst = solutions.iter().map(|s| s.residual / s.force_scale).fold(0.0, f64::max);
     let iterations: usize = solutions.iter().map(|s| s.iterations()).sum();
     println!(

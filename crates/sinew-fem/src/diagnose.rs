@@ -1,9 +1,6 @@
 //! Diagnoses of a solution: reactions, locking, error estimate, free parts, stresses.
 
 pub(crate) mod error_estimate;
-pub(crate) mod hinges;
 pub(crate) mod locking;
-pub(crate) mod named;
-pub(crate) mod reactions;
 pub(crate) mod rigid;
 pub(crate) mod stress;

@@ -2,16 +2,32 @@
 
 pub(crate) mod assembly;
 pub(crate) mod cell;
-pub(crate) mod cells;
 pub(crate) mod check;
 pub(crate) mod convex;
 pub(crate) mod followers;
-pub(crate) mod moduli;
 pub(crate) mod patch;
 pub(crate) mod predicted;
 pub(crate) mod pressure_field;
 pub(crate) mod replaced;
 pub(crate) mod shares;
-pub(crate) mod state;
 pub(crate) mod supports;
 pub(crate) mod system;
+
+pub(crate) use assembly::{Assembly, add_product};
+pub(crate) use cell::{
+    NodalBlocks, Rounding, add_pressure, add_stiffness, complete, inverse, is_short, product,
+    tangent_times, turn, turn_square, volume_ratios_along,
+};
+pub(crate) use check::{
+    MOST_WORST, State, check_fields, check_length, check_potential, check_pressure, check_state,
+    inadmissible, largest, least, load_gradient, per_cell,
+};
+pub(crate) use convex::make_convex;
+pub(crate) use followers::Followers;
+pub(crate) use patch::PatchResponse;
+pub(crate) use predicted::{bulk_to_shear, is_nearly_incompressible};
+pub(crate) use pressure_field::Coupling;
+pub(crate) use replaced::{PredictedStress, replace_stress, third};
+pub(crate) use shares::{Point, Task, at_points};
+pub(crate) use supports::{held_part, is_moved_rim, place};
+pub(crate) use system::{Residual, System, Unknowns};

@@ -1,8 +1,13 @@
 //! Errors of a solve, with numbers and advice.
 
-use crate::{CellValue, History, Iteration, RigidMode};
+use crate::{History, Iteration};
 use sinew_energy::ThetaError;
+use sinew_num::norm;
+use std::fmt;
 use thiserror::Error;
+
+/// A result whose error is that of a solve.
+pub(crate) type Result<T, E = SolveError> = std::result::Result<T, E>;
 
 /// Failure of a solve.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -184,5 +189,59 @@ impl Advice {
             _ if tail.clone().take(3).any(|i| i.shift > 0.0) => Self::Unstable,
             _ => Self::MoreIterations,
         }
+    }
+}
+
+/// Components of a unit vector below this are left out of its name.
+const NAMED: f64 = 1e-6;
+
+/// A number and the cell that has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellValue {
+    /// Index of the cell.
+    pub cell: usize,
+    /// The number.
+    pub value: f64,
+}
+
+impl fmt::Display for CellValue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.4} (cell {})", self.value, self.cell)
+    }
+}
+
+/// A rigid motion to first order, `translation + rotation × (X − centre)` with the centre of the held
+/// nodes (of all nodes when none is held), or of the joints of a part that hangs on others by a node or edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigidMode {
+    /// Velocity of the centre.
+    pub translation: [f64; 3],
+    /// Angular velocity.
+    pub rotation: [f64; 3],
+}
+
+impl fmt::Display for RigidMode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (translation, rotation) = (norm(&self.translation), norm(&self.rotation));
+        if translation > NAMED {
+            write!(f, "translation along {}", in_words(&self.translation))?;
+        }
+        if translation > NAMED && rotation > NAMED {
+            write!(f, " with ")?;
+        }
+        if rotation > NAMED {
+            write!(f, "rotation about {}", in_words(&self.rotation))?;
+        }
+        Ok(())
+    }
+}
+
+/// An axis by name, or by components when it is not a coordinate axis.
+fn in_words(axis: &[f64; 3]) -> String {
+    let largest = axis.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let present: Vec<_> = (0..3).filter(|&i| axis[i].abs() > NAMED * largest).collect();
+    match present[..] {
+        [i] => ["x", "y", "z"][i].into(),
+        _ => format!("({:.3}, {:.3}, {:.3})", axis[0], axis[1], axis[2]),
     }
 }

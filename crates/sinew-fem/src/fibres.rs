@@ -32,19 +32,16 @@
 //! # Ok::<(), sinew_fem::fibres::FibreError>(())
 //! ```
 
-mod ellipsoid;
 mod error;
 mod potential;
 mod rule;
-mod surfaces;
 mod ventricle;
 
-pub use ellipsoid::EllipsoidWall;
 pub use error::FibreError;
-pub use rule::{FibreRule, Frame};
-pub use surfaces::Surfaces;
-pub use ventricle::{Depth, VentricleCoordinates};
+pub use rule::{EllipsoidWall, FibreRule, Frame};
+pub use ventricle::{Depth, Surfaces, VentricleCoordinates};
 
+use error::Result;
 use sinew_mesh::TetMesh;
 use sinew_num::dot3;
 
@@ -62,11 +59,7 @@ use sinew_num::dot3;
 ///
 /// # Errors
 /// As for [`VentricleCoordinates::new`].
-pub fn by_rule(
-    mesh: &TetMesh,
-    surfaces: &Surfaces<'_>,
-    rule: &FibreRule,
-) -> Result<Vec<Frame>, FibreError> {
+pub fn by_rule(mesh: &TetMesh, surfaces: &Surfaces<'_>, rule: &FibreRule) -> Result<Vec<Frame>> {
     Ok(VentricleCoordinates::new(mesh, surfaces)?.cell_frames(rule, Depth::Thickness))
 }
 

@@ -28,7 +28,7 @@
 //! - [`Solver`] keeps sparsity, ordering and symbolic factorisation of one body; [`Solver::solve`] and
 //!   [`Solver::solve_from`] give a [`Solution`] with its [`History`], or a [`SolveError`] that advises.
 //! - If there are several stable equilibria, [`Solver::solve`] finds one of them in few iterations;
-//!   [`LoadSteps::Always`] finds that of a rising load. [`Solver::under_rising_load`] compares both; [`Sweep::jumped`]
+//!   [`LoadSteps::Always`] finds that of a rising load. [`Solver::under_rising_load`] compares both; [`Solution::jumped`]
 //!   lists samples of a sweep that may be on another branch.
 //! - [`Solver::refine`] solves to a prescribed accuracy by quasi-Newton steps with a neighbour's stiffness. Their contraction bounds the error.
 //! - [`sweep`] solves for many θ on all cores, each from its neighbour; [`resume_sweep`] can be stopped and resumed.
@@ -93,26 +93,22 @@ pub use diagnose::locking::{
     FormulationDifference, FormulationError, LARGEST_BULK_TO_SHEAR, LockingWarning,
     compare_formulations, locking, locking_at_centre,
 };
-pub use diagnose::named::{CellValue, RigidMode};
-pub use diagnose::reactions::{held_sets, reactions};
 pub use diagnose::stress::{
     CellStress, Fibre, cell_stresses, mixed_stresses, principal_stretches, principal_values,
 };
-pub use error::{Advice, NotConverged, SolveError};
-pub use linear::matrix::Stiffness;
+pub use diagnose::stress::{held_sets, reactions};
+pub use error::{Advice, CellValue, NotConverged, RigidMode, SolveError};
 pub use linear::method::Method;
 pub use solve::continuation::{Curve, CurvePoint};
 pub use solve::frozen_stiffness::FrozenStiffness;
-pub use solve::history::{History, Iteration};
-pub use solve::line::Line;
+pub use solve::history::{History, Iteration, Progress};
 pub use solve::newton_step::NewtonStep;
 pub use solve::options::{LoadSteps, Options};
-pub use solve::order::neighbours;
-pub use solve::pool::SolverPool;
 pub use solve::refine::{Refined, Stop};
-pub use solve::solution::Solution;
-pub use solve::solver::Solver;
-pub use solve::sweep::{CHAIN, Earlier, Sweep, SweepError, resume_sweep, sweep};
-pub use solve::trace::{Trace, TraceEnd};
-pub use solve::watch::Progress;
+pub use solve::search::{Line, Solution};
+pub use solve::sensitivity::Stiffness;
+pub use solve::solver::{Solver, SolverPool};
+pub use solve::sweep::{CHAIN, Earlier, Trace, TraceEnd, neighbours, resume_sweep, sweep};
 pub use unload::{Loading, ThinWall, Unload, UnloadError, UnloadOptions, Unloaded};
+
+pub(crate) use error::Result;

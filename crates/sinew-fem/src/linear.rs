@@ -1,13 +1,18 @@
 //! Sparse matrices, orders, factors and iterations of the linear systems.
 
 pub(crate) mod aggregation;
-mod cholesky;
-pub(crate) mod conjugate_gradients;
 pub(crate) mod factor;
-pub(crate) mod gmres;
-pub(crate) mod matrix;
+pub(crate) mod krylov;
 pub(crate) mod method;
 pub(crate) mod ordering;
 pub(crate) mod sparsity;
 pub(crate) mod systems;
 pub(crate) mod vector;
+
+pub(crate) use aggregation::{Aggregation, MOST_ITERATIONS, Shifted};
+pub(crate) use factor::{Factor, MOST_SHIFTS, shift_of};
+pub(crate) use krylov::{End, LinearOutcome, conjugate_gradients, gmres};
+pub(crate) use method::{MOST_COUNTED, MOST_SINGLE, Method};
+pub(crate) use ordering::fill_reducing_order;
+pub(crate) use sparsity::{Sparsity, patch_nodes_of};
+pub(crate) use vector::{Norm, add, difference, dot, norm, relative};

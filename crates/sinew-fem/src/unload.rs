@@ -1,34 +1,25 @@
 //! Inverse elastostatics: the body at rest whose loaded state is given by an image.
 
-mod connected;
-mod entries;
-mod error;
-mod image;
-mod loaded;
 mod lu;
 mod newton;
-mod options;
-mod point;
 mod state;
 mod tangent;
-mod thin;
-mod unloaded;
 mod verdict;
 
-pub use error::UnloadError;
-pub use options::UnloadOptions;
-pub use thin::ThinWall;
-pub use unloaded::{Loading, Unloaded};
+pub use state::{Loading, UnloadOptions, Unloaded};
+pub use verdict::ThinWall;
 
-use crate::SolveError;
-use crate::elements::check::{check_length, check_state};
-use crate::elements::supports::is_moved_rim;
-use crate::elements::system::System;
-use image::Image;
+use crate::elements::{State, System, Unknowns, check_length, check_state, is_moved_rim};
+use crate::solve::units;
+use crate::{CellValue, Options, Solution, SolveError, Solver};
 use lu::Lu;
-use sinew_energy::{Body, Fibres, ThetaError};
-use state::{Level, Trial};
+use sinew_energy::{Body, Fibres};
+use state::{Image, Level, Trial, volume_ratios};
 use std::time::Instant;
+use thiserror::Error;
+
+/// A result whose error is that of unloading.
+type Result<T, E = UnloadError> = std::result::Result<T, E>;
 
 /// Residual of the linear systems of derivatives \[relative\].
 const ACCURACY: f64 = 1e-13;
@@ -82,7 +73,7 @@ impl<'p> Unload<'p> {
     ///
     /// # Errors
     /// A body whose supports leave a part of it free to move; [`UnloadError::PressureField`].
-    pub fn new(image: &'p Body) -> Result<Self, UnloadError> {
+    pub fn new(image: &'p Body) -> Result<Self> {
         if image.pressure_field.is_some() {
             return Err(UnloadError::PressureField);
         }
@@ -105,41 +96,16 @@ impl<'p> Unload<'p> {
         ThinWall::of(&self.image.system)
     }
 
-    /// Checks that θ is one of the image.
-    ///
-    /// # Errors
-    /// The first entry that makes no sense.
-    pub fn check_theta(&self, theta: &[f64]) -> Result<(), ThetaError> {
-        self.image.system.body.check_theta(theta)
-    }
-
     /// The body at rest for θ, starting from the image itself; under a load that rises step by step where that fails.
     ///
     /// # Errors
     /// θ that makes no sense, and each way in which there is no body at rest, see [`UnloadError`].
-    pub fn solve(
-        &mut self,
-        theta: &[f64],
-        options: &UnloadOptions,
-    ) -> Result<Unloaded, UnloadError> {
+    pub fn solve(&mut self, theta: &[f64], options: &UnloadOptions) -> Result<Unloaded> {
         let motion = vec![0.0; self.image.system.body.prescribed.len()];
         self.solve_near(&motion, theta, options)
     }
 
-    /// Starts from the body at rest for another θ that should be near.
-    ///
-    /// # Errors
-    /// As for [`Unload::solve`], and a body of another image.
-    pub fn solve_from(
-        &mut self,
-        near: &Unloaded,
-        theta: &[f64],
-        options: &UnloadOptions,
-    ) -> Result<Unloaded, UnloadError> {
-        self.solve_near(&near.motion, theta, options)
-    }
-
-    /// Starts from a motion from the image to the body at rest \[length\], such as one that is extrapolated.
+    /// Starts from a motion from the image to the body at rest \[length\]: that of another θ, or one that is extrapolated.
     ///
     /// # Errors
     /// As for [`Unload::solve`], and a motion of the wrong length or that is not finite.
@@ -148,7 +114,7 @@ impl<'p> Unload<'p> {
         motion: &[f64],
         theta: &[f64],
         options: &UnloadOptions,
-    ) -> Result<Unloaded, UnloadError> {
+    ) -> Result<Unloaded> {
         let start = Instant::now();
         check_state(self.image.system.body, motion, theta)?;
         let mut iterations = 0;
@@ -167,8 +133,19 @@ impl<'p> Unload<'p> {
                 (trial, steps, loading)
             }
         };
-        let found = (trial, iterations, load_steps);
-        Ok(Unloaded::new(&self.image, found, theta, loading, start))
+        Ok(Unloaded {
+            volume_ratios: volume_ratios(self.image.system.body, &trial.rest),
+            motion: trial.motion,
+            rest: trial.rest,
+            theta: theta.to_vec(),
+            fibres: self.image.fibres,
+            residual: trial.force,
+            force_scale: trial.scale,
+            loading,
+            iterations,
+            load_steps,
+            seconds: start.elapsed().as_secs_f64(),
+        })
     }
 
     /// Another one of the same image, for another thread; it shares what is prepared, and the last factor.
@@ -178,7 +155,7 @@ impl<'p> Unload<'p> {
     pub fn fresh(&self) -> Result<Self, SolveError> {
         let Image { system, fibres } = &self.image;
         let image = Image { system: system.like(system.body)?, fibres: *fibres };
-        Ok(Self { image, factor: self.factor.fresh() })
+        Ok(Self { image, factor: self.factor.clone() })
     }
 
     /// Derivative ∂X/∂θ of the positions at rest: one vector like [`Unloaded::motion`] per entry of θ.
@@ -187,10 +164,8 @@ impl<'p> Unload<'p> {
     ///
     /// # Errors
     /// The body of another image, or [`UnloadError::Singular`].
-    pub fn sensitivity(&mut self, unloaded: &Unloaded) -> Result<Vec<Vec<f64>>, UnloadError> {
-        let entries = unloaded.theta.len();
-        let unit = |index: usize| (0..entries).map(|i| f64::from(u8::from(i == index))).collect();
-        self.sensitivity_along(unloaded, &(0..entries).map(unit).collect::<Vec<_>>())
+    pub fn sensitivity(&mut self, unloaded: &Unloaded) -> Result<Vec<Vec<f64>>> {
+        self.sensitivity_along(unloaded, &units(unloaded.theta.len()))
     }
 
     /// Change of the positions at rest along directions in θ, one vector like [`Unloaded::motion`] each.
@@ -201,10 +176,10 @@ impl<'p> Unload<'p> {
         &mut self,
         unloaded: &Unloaded,
         directions: &[Vec<f64>],
-    ) -> Result<Vec<Vec<f64>>, UnloadError> {
+    ) -> Result<Vec<Vec<f64>>> {
         let Unloaded { motion, theta, .. } = unloaded;
         check_state(self.image.system.body, motion, theta)?;
-        check_directions(theta, directions)?;
+        directions.iter().try_for_each(|along| check_length(theta.len(), along))?;
         let level = Level::whole(theta);
         let trial = Trial::new(&self.image, motion.clone(), &level);
         let trial = trial.ok_or(UnloadError::Singular)?;
@@ -214,7 +189,8 @@ impl<'p> Unload<'p> {
         }
         let system = self.image.system.like(&trial.rest)?;
         let column = |direction: &Vec<f64>| {
-            let mut right = system.rate_by_theta(&trial.displacement, theta, 1.0, direction);
+            let mut right =
+                system.rate_by_theta(State::whole(&trial.displacement, theta), direction);
             right.iter_mut().for_each(|r| *r = -*r);
             let change = self.linear(&tangent.entries, &right, ACCURACY);
             let change = change.ok_or(UnloadError::Singular)?;
@@ -235,8 +211,137 @@ impl<'p> Unload<'p> {
     }
 }
 
-/// Checks that directions in θ are as long as θ.
-fn check_directions(theta: &[f64], directions: &[Vec<f64>]) -> Result<(), UnloadError> {
-    directions.iter().try_for_each(|along| check_length(theta.len(), along))?;
-    Ok(())
+/// Failure of unloading.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum UnloadError {
+    /// A body or θ that makes no sense.
+    #[error(transparent)]
+    Body(#[from] SolveError),
+    /// The mixed formulation.
+    #[error(
+        "a body with a field of pressure cannot be unloaded; lower it with averaged volume ratios (Scene::averaged) and a large bulk modulus"
+    )]
+    PressureField,
+    /// A pressure's potential is counted from the plane that its rim slides in.
+    #[error(
+        "node {node} on the rim of a pressure slides along a plane that its support moves; prescribe no displacement there, or hold the node \
+         along all axes"
+    )]
+    MovedRim { node: usize },
+    /// No body at rest.
+    #[error(
+        "no unloaded configuration was found in {iterations} iterations: the image bears {part:.4} of the load, where cells at rest are \
+         {least} to {largest} times as large; the load may be too large for this shape, or theta too soft: \
+         check the units of pressure and stiffness, reduce the load, or stiffen the material"
+    )]
+    NotFound { part: f64, iterations: usize, least: CellValue, largest: CellValue },
+    /// The body at rest passes through itself.
+    #[error(
+        "the unloaded body crosses itself: {pairs} pairs of triangles of its surface, the first at cells {} and {}; the material is too soft \
+         for this load, or the load is too large",
+        cells[0], cells[1]
+    )]
+    CrossesItself { pairs: usize, cells: [usize; 2] },
+    /// The image is an unstable equilibrium.
+    #[error(
+        "the image is an unstable equilibrium of the unloaded body: its stiffness has {negative_pivots} negative eigenvalues; no such state can \
+         have been seen, so theta or the load are not those of the image"
+    )]
+    Unstable { negative_pivots: usize },
+    /// Loading leads elsewhere.
+    #[error(
+        "the unloaded body, loaded from rest, comes to another equilibrium: {distance:.3e} away from the image at node {node}; the image is on \
+         a branch that a rising load does not lead to"
+    )]
+    OtherBranch { distance: f64, node: usize },
+    /// Loading fails.
+    #[error(
+        "the image is a stable equilibrium of the unloaded body, but raising the load from rest does not reach it: {0}"
+    )]
+    NotLoaded(SolveError),
+    /// A derivative that does not exist.
+    #[error(
+        "the positions at rest have no derivative in theta here (a limit point of unloading); move theta a little"
+    )]
+    Singular,
+}
+
+impl Unload<'_> {
+    /// Another loaded state of a body at rest: the equilibrium for other loads and tensions in θ, from a displacement near it \[length\],
+    /// counted from rest.
+    ///
+    /// # Errors
+    /// As for [`crate::Solver::solve_from`].
+    pub fn loaded(
+        &self,
+        rest: &Body,
+        near: &[f64],
+        theta: &[f64],
+        options: &Options,
+    ) -> Result<Solution, SolveError> {
+        Solver::of(self.image.system.like(rest)?).solve_from(near, theta, options)
+    }
+
+    /// Directional derivatives δx of a loaded state's positions in θ \[length\], `3 × nodes` for each direction. The body at rest changes along
+    /// `rest_directions`, one for each direction in θ, or is held where there are none:
+    /// `K δx = −(∂r/∂θ δθ + ∂r/∂X δX + ∂r/∂d ∂d/∂X δX)`, with exact derivatives throughout and one factorisation.
+    ///
+    /// # Errors
+    /// A state or directions that do not fit the body, a stiffness that is singular, and derivatives that overflow.
+    pub fn loaded_slopes(
+        &self,
+        rest: &Body,
+        state: &Solution,
+        theta_directions: &[Vec<f64>],
+        rest_directions: &[Vec<f64>],
+    ) -> Result<Vec<Vec<f64>>> {
+        let Solution { displacement, theta, .. } = state;
+        theta_directions.iter().try_for_each(|along| check_length(theta.len(), along))?;
+        let mut system = self.image.system.like(rest)?;
+        check_state(system.body, displacement, theta)?;
+        let moved = self.image.forces_by_rest(rest, state, rest_directions)?;
+        let shift = system.factorise_at(&Unknowns::of(displacement), theta, 1.0)?;
+        let slope = |(index, direction): (usize, &Vec<f64>)| {
+            let mut right = system.rate_by_theta(State::whole(displacement, theta), direction);
+            if let Some(moved) = moved.get(index) {
+                right.iter_mut().zip(moved).for_each(|(r, m)| *r += m);
+            }
+            Ok(system.slope(right, shift)?)
+        };
+        theta_directions.iter().enumerate().map(slope).collect()
+    }
+}
+
+impl Image<'_> {
+    /// Changes of the unbalanced forces of a state, whose places are held, along directions of the positions at rest: the state is
+    /// an image of its own.
+    fn forces_by_rest(
+        &self,
+        rest: &Body,
+        state: &Solution,
+        directions: &[Vec<f64>],
+    ) -> Result<Vec<Vec<f64>>> {
+        if directions.is_empty() {
+            return Ok(Vec::new());
+        }
+        directions.iter().try_for_each(|along| check_length(rest.prescribed.len(), along))?;
+        let singular = || UnloadError::from(SolveError::Singular);
+        let displacement = state.displacement.clone();
+        let seen = rest.moved(&displacement, self.fibres).ok_or_else(singular)?;
+        let seen = Image { system: self.system.like(&seen)?, fibres: self.fibres };
+        let motion = displacement.iter().map(|u| -u).collect();
+        let trial = Trial { motion, displacement, ..Trial::balanced(rest.clone()) };
+        let tangent =
+            seen.tangent(&trial, &Level::whole(&state.theta), None).ok_or_else(singular)?;
+        let sparsity = &seen.system.sparsity;
+        let product = |along: &Vec<f64>| {
+            let along: Vec<f64> = sparsity.gather(along).collect();
+            let mut forces = vec![0.0; along.len()];
+            tangent.entries.multiply(sparsity, &along, &mut forces);
+            forces
+        };
+        Ok(directions.iter().map(product).collect())
+    }
 }

@@ -79,10 +79,10 @@ impl Recipe {
         )
     }
 
-    /// Trains an emulator of a body and checks its error estimate, see [`sinew_emulate::train`].
+    /// Trains an emulator of a body and checks its error estimate, see [`sinew_emulate::Train::train`].
     ///
     /// # Errors
-    /// As [`sinew_emulate::train`].
+    /// As [`sinew_emulate::Train::train`].
     pub fn train<'b>(
         &self,
         body: &'b Body,
@@ -174,7 +174,7 @@ impl Train for Recipe {
 /// Trains as [`Recipe::train`] does, by any recipe: a finished run may have left a network.
 ///
 /// # Errors
-/// As [`sinew_emulate::train`].
+/// As [`sinew_emulate::Train::train`].
 pub fn train<'b>(
     recipe: &dyn Train,
     body: &'b Body,

@@ -98,7 +98,7 @@ impl Motion {
         fitted: &Sampled,
         checked: &Sampled,
     ) -> Result<Self, ViewerError> {
-        if let Some(regression) = emulator.regression() {
+        if let Some(regression) = emulator.predictor.regression() {
             let rows = surface.rows();
             let shown = Compact::of(regression.clone(), Some(&rows), &fitted.thetas, ROUNDING)?;
             return Ok(Self { shown, added: None });

@@ -71,7 +71,7 @@ impl Beam {
     /// Equilibria of the finite-element model.
     pub(crate) fn solve(&self, thetas: &[Vec<f64>]) -> Vec<Solution> {
         let swept = sweep(&self.potential, thetas, &Options::default(), || ()).unwrap();
-        swept.solutions().unwrap().into_iter().cloned().collect()
+        swept.into_iter().map(Result::unwrap).collect()
     }
 
     /// A small untrained emulator in a trainer; `fields` are simulations, or empty.

@@ -48,7 +48,7 @@ impl<'p> Parts<'p> {
             .chain(self.phases.iter().map(String::as_str).zip(&self.phase_entries));
         for (state, entries) in states {
             let values = values(entries, theta);
-            let checked = self.unload.check_theta(&values);
+            let checked = self.image.check_theta(&values);
             checked.map_err(|source| StateError::Theta { state: state.into(), source })?;
         }
         Ok(())

@@ -1,6 +1,6 @@
 //! Displacements that supports prescribe.
 
-use crate::coordinates::error::{CoordinateError, Result};
+use crate::coordinates::{CoordinateError, Result};
 use serde::{Deserialize, Serialize};
 use sinew_energy::Body;
 use std::collections::BTreeMap;

@@ -1,24 +1,18 @@
 //! Rigid motions of a body's clusters as the coordinates of its displacement.
 
 mod costs;
-mod stored;
 
-use costs::{Costs, inverse_root};
 pub(crate) use costs::{of_eigenvalues, rigid_motions};
-use std::sync::Arc;
-use stored::Packed;
 
-use crate::coordinates::anchors::Anchors;
-use crate::coordinates::clusters;
-use crate::coordinates::tree::MotionTree;
+use crate::coordinates::{
+    Anchors, CoordinateError, Dirichlet, MotionTree, Result, all_terms, check_terms,
+    cluster_centres, cluster_counts, expansion, packed, require_count, require_finite,
+    require_positive,
+};
+use costs::{Costs, inverse_root};
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Body, Stiffness};
-
-use crate::coordinates::dirichlet::Dirichlet;
-use crate::coordinates::error::{
-    CoordinateError, Result, require_count, require_finite, require_positive,
-};
-use crate::coordinates::polynomial::{all_terms, check_terms, expansion};
+use std::sync::Arc;
 
 /// Outputs at every scale: each virtual node moves the nodes below it as a rigid body, and each node adds its own
 /// displacement, `u = T_root ∘ … ∘ T_parent(X + d) − X`.
@@ -41,7 +35,7 @@ pub struct Motions {
     /// Logarithm of the amplitude per unit of each of these terms; none where outputs follow without one.
     rates: Arc<[f64]>,
     /// Further solved states, whose displacements are added.
-    anchors: Option<Arc<Anchors>>,
+    pub(super) anchors: Option<Arc<Anchors>>,
 }
 
 /// A solved state that displacements are to go through.
@@ -67,7 +61,7 @@ impl Motions {
         body: &Body,
         theta: &[f64],
     ) -> Result<Self> {
-        let counts = clusters::counts(clusters, body.nodes)?;
+        let counts = cluster_counts(clusters, body.nodes)?;
         let [node_parents, above @ ..] = clusters else {
             return Err(CoordinateError::None("outputs at every scale need clusters"));
         };
@@ -84,7 +78,7 @@ impl Motions {
         let mut cluster_parents = Vec::new();
         let mut leaves = places.clone();
         for (layer, &count) in clusters.iter().zip(&counts) {
-            leaves = clusters::centres(&leaves, layer, count);
+            leaves = cluster_centres(&leaves, layer, count);
             centres.extend_from_slice(&leaves);
         }
         for (layer, count) in above.iter().zip(&counts) {
@@ -217,11 +211,6 @@ impl Motions {
         Ok(moved.iter().zip(&*self.origin).map(|(u, at)| u + at).collect())
     }
 
-    /// Motions that pass through further solved states.
-    pub(crate) fn with_anchors(self, anchors: Anchors) -> Self {
-        Self { anchors: Some(anchors.into()), ..self }
-    }
-
     /// The slopes as features of nodes, then of clusters, one row each: six columns for each change that outputs follow, of
     /// which nodes fill three. In units of outputs, they mean the same on every body.
     pub fn features(&self) -> Vec<f64> {
@@ -294,4 +283,81 @@ fn stiffness(body: &Body, displacement: &[f64], theta: &[f64]) -> Result<Stiffne
     require_finite("a displacement", displacement)?;
     body.check_theta(theta)?;
     body.stiffness(displacement, theta).ok_or(CoordinateError::NoStiffness)
+}
+
+/// Motions with their numbers as bytes, so that they are read to the bit.
+#[derive(Serialize, Deserialize)]
+struct Packed {
+    unknowns: usize,
+    node_parents: Vec<usize>,
+    cluster_parents: Vec<Option<usize>>,
+    origin: String,
+    positions: String,
+    centres: String,
+    node_scales: String,
+    cluster_scales: String,
+    #[serde(default)]
+    slopes: Vec<String>,
+    #[serde(default)]
+    rates: Vec<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    anchors: Option<Anchors>,
+}
+
+impl From<Motions> for Packed {
+    fn from(motions: Motions) -> Self {
+        let tree = &motions.tree;
+        Self {
+            unknowns: motions.unknowns,
+            node_parents: tree.node_parents.clone(),
+            cluster_parents: tree.cluster_parents.clone(),
+            origin: packed::doubles(&motions.origin),
+            positions: packed::doubles(tree.positions.as_flattened()),
+            centres: packed::doubles(tree.centres.as_flattened()),
+            node_scales: packed::doubles(tree.node_scales.as_flattened().as_flattened()),
+            cluster_scales: packed::doubles(tree.cluster_scales.as_flattened().as_flattened()),
+            slopes: motions.slopes.iter().map(|slope| packed::doubles(slope)).collect(),
+            rates: motions.rates.to_vec(),
+            anchors: motions.anchors.as_deref().cloned(),
+        }
+    }
+}
+
+impl TryFrom<Packed> for Motions {
+    type Error = String;
+
+    fn try_from(packed: Packed) -> std::result::Result<Self, String> {
+        let (nodes, clusters) = (packed.node_parents.len(), packed.cluster_parents.len());
+        let read = |text: &str, count: usize| packed::read_doubles(text, count);
+        let known = packed.node_parents.iter().all(|&parent| parent < clusters);
+        let ascending = packed.cluster_parents.iter().enumerate();
+        if !known || !ascending.clone().all(|(k, p)| p.is_none_or(|p| p > k && p < clusters)) {
+            return Err("clusters of the outputs do not form a tree".into());
+        }
+        let tree = MotionTree {
+            positions: read(&packed.positions, 3 * nodes)?.as_chunks().0.to_vec(),
+            centres: read(&packed.centres, 3 * clusters)?.as_chunks().0.to_vec(),
+            node_scales: read(&packed.node_scales, 9 * nodes)?.as_chunks().0.as_chunks().0.to_vec(),
+            cluster_scales: read(&packed.cluster_scales, 36 * clusters)?
+                .as_chunks()
+                .0
+                .as_chunks()
+                .0
+                .to_vec(),
+            node_parents: packed.node_parents,
+            cluster_parents: packed.cluster_parents,
+        };
+        let origin: Arc<[f64]> = read(&packed.origin, 3 * nodes)?.into();
+        let slopes = packed.slopes.iter().map(|slope| read(slope, 6 * clusters + 3 * nodes));
+        let slopes: Arc<[Vec<f64>]> = slopes.collect::<std::result::Result<_, _>>()?;
+        let rates: Arc<[f64]> = packed.rates.into();
+        if !rates.is_empty() && rates.len() + 1 != slopes.len() {
+            return Err("the amplitude of the outputs has other terms than they".into());
+        }
+        if packed.anchors.as_ref().is_some_and(|anchors| anchors.length() != origin.len()) {
+            return Err("the anchors of the outputs have other nodes than they".into());
+        }
+        let (unknowns, anchors) = (packed.unknowns, packed.anchors.map(Arc::new));
+        Ok(Self { origin, unknowns, tree: tree.into(), slopes, rates, anchors })
+    }
 }

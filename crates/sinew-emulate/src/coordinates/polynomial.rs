@@ -1,9 +1,7 @@
 //! A polynomial in the parameters through simulations.
 
+use crate::coordinates::{CoordinateError, Number, Result, require_count};
 use nalgebra::{DMatrix, DVector};
-
-use crate::coordinates::error::{CoordinateError, Result, require_count};
-use crate::coordinates::turning::Number;
 use sinew_num::Slope;
 
 /// Terms of a polynomial: the parameters, and then their products `p_i p_j` with `j ≥ i`, those with the first, with the second and so

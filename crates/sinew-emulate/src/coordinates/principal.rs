@@ -1,13 +1,11 @@
 //! The directions in which simulations differ.
 
-use std::sync::Arc;
-
+use crate::coordinates::{
+    CoordinateError, Polynomial, Result, packed, require_count, require_finite,
+};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
-
-use crate::coordinates::error::{CoordinateError, Result, require_count, require_finite};
-use crate::coordinates::packed;
-use crate::coordinates::polynomial::Polynomial;
+use std::sync::Arc;
 
 /// Displacements as `u = origin + U (s/s₁)^p s₁ Uᵀ · output` with the principal directions U and deviations s of simulations:
 /// simulated displacements vary in few directions, and nothing else is predicted, strains included.

@@ -1,11 +1,10 @@
 //! Normalisation of parameters and displacements.
 
-use serde::{Deserialize, Serialize};
-use sinew_energy::{Parameter, Sampling};
-
-use crate::coordinates::error::{
+use crate::coordinates::{
     CoordinateError, Result, require_count, require_finite, require_positive,
 };
+use serde::{Deserialize, Serialize};
+use sinew_energy::{Parameter, Sampling};
 
 /// One parameter's trained range.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -1,12 +1,9 @@
 //! Split of a change of the displacement over the clusters.
 
-use crate::coordinates::tree::MotionTree;
+use crate::coordinates::{
+    Dirichlet, MotionTree, Motions, Result, of_eigenvalues, require_count, rigid_motions,
+};
 use nalgebra::{DMatrix, SMatrix, SVector};
-
-use crate::coordinates::dirichlet::Dirichlet;
-use crate::coordinates::error::{Result, require_count};
-use crate::coordinates::motions::Motions;
-use crate::coordinates::motions::{of_eigenvalues, rigid_motions};
 
 /// Eigenvalue \[relative to the largest\] below which an output has no effect.
 const SMALLEST: f64 = 1e-10;
@@ -104,7 +101,7 @@ fn ancestors(tree: &MotionTree) -> Vec<Vec<usize>> {
     std::iter::successors(Some(tree.node_parents.clone()), above).collect()
 }
 
-pub(crate) fn pseudo_inverse<const N: usize>(square: SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+fn pseudo_inverse<const N: usize>(square: SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
     let square = DMatrix::from_column_slice(N, N, square.as_slice());
     let inverse = of_eigenvalues(square, SMALLEST, |value| 1.0 / value);
     SMatrix::from_fn(|i, j| inverse[(i, j)])

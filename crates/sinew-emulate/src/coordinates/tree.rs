@@ -1,7 +1,7 @@
-//! Rigid motions of nested clusters, composed from the whole body down to its nodes.
+//! Nested clusters of nodes: their rigid motions, composed from the whole body down to its nodes, and their rotations with derivatives.
 
-use crate::coordinates::turning::{Number, Rotation, product};
-use sinew_num::{Mat3, Slope};
+use crate::coordinates::{CoordinateError, Result, require_count};
+use sinew_num::{Mat3, Scalar, Slope};
 
 /// A body whose nodes belong to clusters, which belong to larger clusters, and so on up to one or several roots.
 ///
@@ -179,4 +179,200 @@ fn add(force: &[f64; 3], place: &[f64; 3], shift: &mut [f64; 3], rotation: &mut 
             rotation.0[i][j] += force[i] * place[j];
         }
     }
+}
+
+/// A number, with or without its derivative along a direction.
+pub(crate) trait Number: Scalar {
+    /// A function of this number whose value and slope there are known.
+    fn chain(&self, function: impl Fn(f64) -> [f64; 2]) -> Self;
+}
+
+impl Number for f64 {
+    fn chain(&self, function: impl Fn(f64) -> [f64; 2]) -> Self {
+        function(*self)[0]
+    }
+}
+
+impl Number for Slope<1> {
+    fn chain(&self, function: impl Fn(f64) -> [f64; 2]) -> Self {
+        let [value, slope] = function(self.value);
+        Self { value, gradient: self.gradient.map(|g| slope * g), hessian: [] }
+    }
+}
+
+/// `exp([ω]) − I = s(q) [ω] + m(q) [ω]²` with `q = ω·ω`, `s = sin √q / √q` and `m = (1 − cos √q) / q` (Rodrigues).
+struct Rotation<S> {
+    vector: [S; 3],
+    square: S,
+}
+
+/// Below it s, m and their slopes are summed as series: the first term left out is below rounding there, and above
+/// it the closed forms of the slopes lose no more than three digits.
+const SERIES_BELOW: f64 = 0.1;
+
+/// s(q) and its slope.
+fn sine_part(q: f64) -> [f64; 2] {
+    if q < SERIES_BELOW {
+        return series(q, 1.0, 2.0);
+    }
+    let angle = q.sqrt();
+    let s = angle.sin() / angle;
+    [s, 0.5 * (angle.cos() - s) / q]
+}
+
+/// m(q) and its slope.
+fn cosine_part(q: f64) -> [f64; 2] {
+    if q < SERIES_BELOW {
+        return series(q, 0.5, 3.0);
+    }
+    let angle = q.sqrt();
+    let half = (0.5 * angle).sin() / angle;
+    let m = 2.0 * half * half;
+    [m, 0.5 * (angle.sin() / angle - 2.0 * m) / q]
+}
+
+/// `Σ c_k (−q)^k` with `c_0 = first` and `c_k = c_(k−1) / ((n + 2k − 2)(n + 2k − 1))`, and its slope.
+fn series(q: f64, first: f64, n: f64) -> [f64; 2] {
+    const TERMS: usize = 8;
+    let (mut coefficient, mut power) = (first, 1.0);
+    let (mut sum, mut slope) = (first, 0.0);
+    for k in 1..=TERMS {
+        let k = k as f64;
+        coefficient /= -(n + 2.0 * k - 2.0) * (n + 2.0 * k - 1.0);
+        slope += k * coefficient * power;
+        power *= q;
+        sum += coefficient * power;
+    }
+    [sum, slope]
+}
+
+impl<S: Number> Rotation<S> {
+    /// Rotation by the angle `‖ω‖` \[rad\] about the axis along ω.
+    fn new(vector: [S; 3]) -> Self {
+        let [x, y, z] = vector.clone();
+        Self { square: x.squared() + y.squared() + z.squared(), vector }
+    }
+
+    /// `[ω]`, with `[ω] x = ω × x`.
+    fn skew(&self) -> Mat3<S> {
+        let [x, y, z] = self.vector.clone();
+        let zero = x.constant(0.0);
+        Mat3([[zero.clone(), -z.clone(), y.clone()], [z, zero.clone(), -x.clone()], [-y, x, zero]])
+    }
+
+    /// `exp([ω]) − I`.
+    fn less_identity(&self) -> Mat3<S> {
+        let (s, m) = (self.square.chain(sine_part), self.square.chain(cosine_part));
+        let w = self.skew();
+        let w2 = product(&w, &w);
+        Mat3::from_fn(|i, j| s.clone() * w.at(i, j) + m.clone() * w2.at(i, j))
+    }
+}
+
+impl Rotation<f64> {
+    /// Gradient by ω of what has the gradient `moment` by `exp([ω]) − I`.
+    fn pull_back(&self, moment: &Mat3<f64>) -> [f64; 3] {
+        let ([s, s_slope], [m, m_slope]) = (sine_part(self.square), cosine_part(self.square));
+        let w = self.skew();
+        let w2 = product(&w, &w);
+        let along = |direction: &Mat3<f64>| -> f64 {
+            (0..3).flat_map(|i| (0..3).map(move |j| moment[i][j] * direction[i][j])).sum()
+        };
+        let slope = 2.0 * (s_slope * along(&w) + m_slope * along(&w2));
+        // ⟨M, [e] [ω] + [ω] [e]⟩ = −⟨M [ω] + [ω] M, [e]⟩, because [ω] is skew.
+        let (left, right) = (product(&w, moment), product(moment, &w));
+        let both = Mat3::from_fn(|i, j| s * moment[i][j] - m * (left[i][j] + right[i][j]));
+        let axial = [both[2][1] - both[1][2], both[0][2] - both[2][0], both[1][0] - both[0][1]];
+        std::array::from_fn(|i| axial[i] + slope * self.vector[i])
+    }
+}
+
+fn product<S: Scalar>(a: &Mat3<S>, b: &Mat3<S>) -> Mat3<S> {
+    Mat3::from_fn(|i, j| {
+        a.at(i, 0) * b.at(0, j) + a.at(i, 1) * b.at(1, j) + a.at(i, 2) * b.at(2, j)
+    })
+}
+
+/// Nested clusters of nodes by recursive coordinate bisection, from two to four nodes each up to the whole body. A cluster
+/// is halved across the longest side of its bounding box.
+///
+/// Entry `[l][i]` is the cluster of leaf `i`. Leaves of layer 0 are the nodes, leaves of layer `l` the clusters of layer
+/// `l − 1`. Coordinates decide ties of distance by the index of the node, so that the same positions give the same clusters.
+///
+/// ```
+/// let row: Vec<_> = (0..8).map(|i| [f64::from(i), 0.0, 0.0]).collect();
+/// let clusters = sinew_emulate::coordinates::halves(&row);
+/// assert_eq!(clusters, [vec![0, 0, 1, 1, 2, 2, 3, 3], vec![0, 0, 1, 1], vec![0, 0]]);
+/// ```
+pub fn halves(positions: &[[f64; 3]]) -> Vec<Vec<usize>> {
+    let depth = (positions.len() / 2).max(1).ilog2();
+    let mut lowest = vec![0; positions.len()];
+    let mut nodes: Vec<usize> = (0..positions.len()).collect();
+    halve(positions, &mut nodes, 0..1 << depth, &mut lowest);
+    let above = (1..=depth).rev().map(|layer| (0..1 << layer).map(|cluster| cluster / 2).collect());
+    std::iter::once(lowest).chain(above).collect()
+}
+
+/// Gives nodes the clusters of a range, half of the nodes the lower half of it.
+fn halve(
+    positions: &[[f64; 3]],
+    nodes: &mut [usize],
+    clusters: std::ops::Range<usize>,
+    lowest: &mut [usize],
+) {
+    if clusters.len() == 1 {
+        return nodes.iter().for_each(|&node| lowest[node] = clusters.start);
+    }
+    let extent = |axis: usize| {
+        let [mut low, mut high] = [f64::INFINITY, f64::NEG_INFINITY];
+        for &node in &*nodes {
+            (low, high) = (low.min(positions[node][axis]), high.max(positions[node][axis]));
+        }
+        high - low
+    };
+    let longest = (0..3).max_by(|&a, &b| extent(a).total_cmp(&extent(b))).unwrap_or(0);
+    let half = nodes.len() / 2;
+    let along = |&a: &usize, &b: &usize| {
+        positions[a][longest].total_cmp(&positions[b][longest]).then(a.cmp(&b))
+    };
+    nodes.select_nth_unstable_by(half, along);
+    let middle = clusters.start + clusters.len() / 2;
+    let (lower, upper) = nodes.split_at_mut(half);
+    halve(positions, lower, clusters.start..middle, lowest);
+    halve(positions, upper, middle..clusters.end, lowest);
+}
+
+/// Number of clusters in each layer.
+pub(crate) fn cluster_counts(clusters: &[Vec<usize>], nodes: usize) -> Result<Vec<usize>> {
+    let mut leaves = nodes;
+    let count = |layer: &Vec<usize>| {
+        require_count("leaves of clusters", layer.len(), leaves)?;
+        let count = layer.iter().max().map_or(0, |last| last + 1);
+        let mut used = vec![false; count.min(leaves)];
+        for &cluster in layer {
+            *used.get_mut(cluster).ok_or(CoordinateError::None("more clusters than leaves"))? =
+                true;
+        }
+        if used.contains(&false) {
+            return Err(CoordinateError::None("a cluster without leaves"));
+        }
+        leaves = count;
+        Ok(count)
+    };
+    clusters.iter().map(count).collect()
+}
+
+/// Means of the leaves of each cluster.
+pub(crate) fn cluster_centres(
+    leaves: &[[f64; 3]],
+    clusters: &[usize],
+    count: usize,
+) -> Vec<[f64; 3]> {
+    let mut sums = vec![([0.0; 3], 0.0); count];
+    for (leaf, &cluster) in leaves.iter().zip(clusters) {
+        let (sum, size) = &mut sums[cluster];
+        sum.iter_mut().zip(leaf).for_each(|(sum, x)| *sum += x);
+        *size += 1.0;
+    }
+    sums.into_iter().map(|(sum, size)| sum.map(|sum| sum / size)).collect()
 }

@@ -1,12 +1,12 @@
 //! Errors over test cases, thesis (3.22) and (3.24).
 
-use crate::estimate::quantiles::Quantiles;
 use crate::sample::simulate::Simulations;
 use crate::{Body, Error, Result};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Barriers, metrics};
 use sinew_num::norm;
+use std::time::Instant;
 
 /// Test cases with their true displacements.
 #[derive(Clone, Debug)]
@@ -127,7 +127,7 @@ pub struct Errors {
 impl<'b> TestSet<'b> {
     /// Test set from simulations; those that failed are no cases.
     pub fn new(body: &'b Body, simulations: Simulations) -> Self {
-        let median_solve_s = crate::estimate::timing::median(&simulations.solve_seconds);
+        let median_solve_s = median(&simulations.solve_seconds);
         Self { body, thetas: simulations.thetas, fields: simulations.fields, median_solve_s }
     }
 
@@ -221,4 +221,87 @@ pub fn median_and_worst(cases: &[CaseErrors]) -> [usize; 2] {
     let mut order: Vec<usize> = (0..cases.len()).collect();
     order.sort_by(|&a, &b| mean(a).total_cmp(&mean(b)));
     [order[(order.len() - 1) / 2], order[order.len() - 1]]
+}
+
+/// Quantiles by linear interpolation between order statistics, and the largest value. A value that is not finite counts as the largest
+/// number (`f64::MAX`): files in JSON hold finite numbers alone.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Quantiles {
+    /// The least.
+    pub min: f64,
+    /// 2.5 %.
+    pub q02_5: f64,
+    /// 5 %.
+    pub q05: f64,
+    /// 25 %.
+    pub q25: f64,
+    /// The median.
+    pub q50: f64,
+    /// 75 %.
+    pub q75: f64,
+    /// 95 %.
+    pub q95: f64,
+    /// 97.5 %.
+    pub q97_5: f64,
+    /// The largest.
+    pub max: f64,
+    /// The mean.
+    pub mean: f64,
+}
+
+impl Quantiles {
+    /// Quantiles of values; all NaN without any.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+        let finite = |v: f64| if v.is_nan() { f64::MAX } else { v.clamp(f64::MIN, f64::MAX) };
+        let mut sorted: Vec<f64> = values.into_iter().map(finite).collect();
+        sorted.sort_by(f64::total_cmp);
+        let at = |share: f64| {
+            let place = share * (sorted.len() as f64 - 1.0);
+            let [below, above] = [place.floor(), place.ceil()].map(|at| at as usize);
+            match (sorted.get(below), sorted.get(above)) {
+                (Some(low), Some(high)) if below < above => {
+                    low + (place - below as f64) * (high - low)
+                }
+                (Some(value), _) => *value,
+                _ => f64::NAN,
+            }
+        };
+        let mean = (sorted.iter().sum::<f64>() / sorted.len() as f64).clamp(f64::MIN, f64::MAX);
+        let [min, q02_5, q05, q25] = [0.0, 0.025, 0.05, 0.25].map(at);
+        let [q50, q75, q95, q97_5, max] = [0.5, 0.75, 0.95, 0.975, 1.0].map(at);
+        Self { min, q02_5, q05, q25, q50, q75, q95, q97_5, max, mean }
+    }
+}
+
+/// Median wall time of `repeats` calls after one that warms up \[s\].
+///
+/// # Errors
+/// The first error of a call.
+pub(crate) fn median_seconds<T, E>(
+    repeats: usize,
+    mut call: impl FnMut() -> Result<T, E>,
+) -> Result<f64, E> {
+    call()?;
+    let mut seconds = Vec::with_capacity(repeats);
+    for _ in 0..repeats.max(1) {
+        let start = Instant::now();
+        std::hint::black_box(call()?);
+        seconds.push(start.elapsed().as_secs_f64());
+    }
+    Ok(median(&seconds))
+}
+
+/// The upper median; NaN of nothing.
+pub(crate) fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// Does some work and adds its wall time to `total` \[s\].
+pub fn timed<T>(total: &mut f64, work: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let done = work();
+    *total += start.elapsed().as_secs_f64();
+    done
 }

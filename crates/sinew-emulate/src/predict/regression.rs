@@ -11,26 +11,22 @@
 //!    polynomial trends. Hyperparameters, and which of them is used, are decided by the leave-one-out error, which
 //!    all have in closed form. The modes are orthonormal, so that is an error of the field.
 
-mod decomposition;
-mod error;
 mod interpolation;
 mod matrix;
-mod parts;
 mod process;
-mod size;
-mod storage;
+
+pub use interpolation::Interpolation;
+pub(crate) use process::{Conditional, Step, folds, steps};
 
 use crate::sample::share_of;
-use decomposition::{Decomposition, decompose};
-pub use error::RegressionError;
-pub use interpolation::Interpolation;
+use crate::store::{content, read_json, read_table, write_json, write_table};
+use crate::{Error, RegressionError};
 use interpolation::{Fitted, fit_polynomial};
 use nalgebra::{DMatrix, DVector, RowDVector};
-pub use parts::RegressionParts;
-pub(crate) use process::{Conditional, Step, folds, steps};
 use process::{fit_evidence, fit_process, left_out};
+use serde::{Deserialize, Serialize};
 use sinew_energy::Parameter;
-pub use size::SizeRegression;
+use std::path::Path;
 
 /// Modes are dropped from the last on while the dropped share of the fields' sum of squares about their mean stays
 /// within this.
@@ -38,6 +34,11 @@ const DROPPED_ENERGY: f64 = 1e-14;
 /// Largest total degree of the polynomial. Lower ones are tried too, and only those with fewer coefficients than there
 /// are samples.
 const HIGHEST_DEGREE: usize = 4;
+
+/// Parameters, a vector of their values for each sample, and a field for each.
+type Samples<'a> = (&'a [Parameter], &'a [Vec<f64>], &'a [Vec<f64>]);
+/// A result whose error is that of a regression.
+type Result<T, E = RegressionError> = std::result::Result<T, E>;
 
 /// Proper orthogonal decomposition of few finite-element solutions, and interpolation between them.
 ///
@@ -70,12 +71,8 @@ impl PodRegression {
     ///
     /// # Errors
     /// When samples are too few, differ in length, or hold a value that is not usable.
-    pub fn fit(
-        parameters: &[Parameter],
-        thetas: &[Vec<f64>],
-        fields: &[Vec<f64>],
-    ) -> Result<Self, RegressionError> {
-        Self::fit_by(parameters, thetas, fields, |points, coefficients| {
+    pub fn fit(parameters: &[Parameter], thetas: &[Vec<f64>], fields: &[Vec<f64>]) -> Result<Self> {
+        Self::fit_by((parameters, thetas, fields), |points, coefficients| {
             let polynomial = fit_polynomial(points, coefficients, HIGHEST_DEGREE);
             match fit_process(points, coefficients) {
                 Some(process) if process.leave_one_out < polynomial.leave_one_out => process,
@@ -94,8 +91,8 @@ impl PodRegression {
         thetas: &[Vec<f64>],
         fields: &[Vec<f64>],
         degree: usize,
-    ) -> Result<Self, RegressionError> {
-        Self::fit_by(parameters, thetas, fields, |points, coefficients| {
+    ) -> Result<Self> {
+        Self::fit_by((parameters, thetas, fields), |points, coefficients| {
             fit_polynomial(points, coefficients, degree)
         })
     }
@@ -106,19 +103,17 @@ impl PodRegression {
     /// # Errors
     /// As [`PodRegression::fit`].
     pub(crate) fn fit_evidence(
-        parameters: &[Parameter],
-        thetas: &[Vec<f64>],
-        fields: &[Vec<f64>],
+        samples: Samples<'_>,
         step: &Step<'_>,
-    ) -> Result<(Self, Vec<(f64, f64)>), RegressionError> {
+    ) -> Result<(Self, Vec<(f64, f64)>)> {
         let mut errors = None;
-        let regression = Self::fit_by(parameters, thetas, fields, |points, coefficients| {
+        let regression = Self::fit_by(samples, |points, coefficients| {
             let fitted = fit_evidence(points, coefficients, step);
             errors =
                 fitted.as_ref().and_then(|fitted| left_out(points, coefficients, fitted, step));
             fitted.unwrap_or_else(|| fit_polynomial(points, coefficients, 0))
         })?;
-        Ok((regression, errors.ok_or(RegressionError::TooFewSamples { found: fields.len() })?))
+        Ok((regression, errors.ok_or(RegressionError::TooFewSamples { found: samples.2.len() })?))
     }
 
     /// Covariance of the samples; `None` without a Gaussian process.
@@ -145,14 +140,13 @@ impl PodRegression {
     }
 
     fn fit_by(
-        parameters: &[Parameter],
-        thetas: &[Vec<f64>],
-        fields: &[Vec<f64>],
+        samples: Samples<'_>,
         fit: impl FnOnce(&DMatrix<f64>, &DMatrix<f64>) -> Fitted,
-    ) -> Result<Self, RegressionError> {
-        check_samples(parameters, thetas, fields)?;
+    ) -> Result<Self> {
+        check_samples(samples)?;
+        let (parameters, thetas, fields) = samples;
         let snapshots = DMatrix::from_fn(fields[0].len(), fields.len(), |i, j| fields[j][i]);
-        let Decomposition { mean, modes, coefficients } = decompose(&snapshots, DROPPED_ENERGY)?;
+        let (mean, [modes, coefficients]) = decompose(&snapshots)?;
         let rows: Vec<_> = thetas.iter().map(|theta| inputs(parameters, theta)).collect();
         let fitted = fit(&DMatrix::from_rows(&rows), &coefficients);
         let (error, size) = (fitted.leave_one_out, snapshots.norm_squared());
@@ -165,12 +159,8 @@ impl PodRegression {
     ///
     /// # Errors
     /// As [`PodRegression::fit`].
-    pub fn refitted(
-        &self,
-        thetas: &[Vec<f64>],
-        fields: &[Vec<f64>],
-    ) -> Result<Self, RegressionError> {
-        check_samples(&self.parameters, thetas, fields)?;
+    pub fn refitted(&self, thetas: &[Vec<f64>], fields: &[Vec<f64>]) -> Result<Self> {
+        check_samples((&self.parameters, thetas, fields))?;
         let mut centred = DMatrix::from_fn(fields[0].len(), fields.len(), |i, j| fields[j][i]);
         let size = centred.norm_squared();
         let (samples, length, largest) = (fields.len(), fields[0].len(), centred.amax());
@@ -187,7 +177,7 @@ impl PodRegression {
     ///
     /// # Errors
     /// When `theta` has another length than in training, or a value that its scale has no place for.
-    pub fn predict(&self, theta: &[f64]) -> Result<Vec<f64>, RegressionError> {
+    pub fn predict(&self, theta: &[f64]) -> Result<Vec<f64>> {
         check_theta(0, &self.parameters, theta)?;
         let coefficients = self.fitted.at(&inputs(&self.parameters, theta));
         let mut field = self.mean.clone();
@@ -226,11 +216,7 @@ fn input(share: f64) -> f64 {
     WIDTH * (share - 0.5)
 }
 
-pub(crate) fn check_samples(
-    parameters: &[Parameter],
-    thetas: &[Vec<f64>],
-    fields: &[Vec<f64>],
-) -> Result<(), RegressionError> {
+pub(crate) fn check_samples((parameters, thetas, fields): Samples<'_>) -> Result<()> {
     if thetas.len() != fields.len() {
         return Err(RegressionError::SampleCount { thetas: thetas.len(), fields: fields.len() });
     }
@@ -250,11 +236,7 @@ pub(crate) fn check_samples(
     Ok(())
 }
 
-fn check_theta(
-    sample: usize,
-    parameters: &[Parameter],
-    theta: &[f64],
-) -> Result<(), RegressionError> {
+fn check_theta(sample: usize, parameters: &[Parameter], theta: &[f64]) -> Result<()> {
     let (what, expected, found) = ("parameters", parameters.len(), theta.len());
     if found != expected {
         return Err(RegressionError::Length { what, sample, expected, found });
@@ -265,5 +247,128 @@ fn check_theta(
         Some((p, &value)) => {
             Err(RegressionError::Parameter { sample, parameter: p.name.clone(), value })
         }
+    }
+}
+
+/// Mean of fields, orthonormal modes in columns, and coefficients of the modes, a row per sample: `field = mean + modes · coefficientsᵀ`.
+fn decompose(snapshots: &DMatrix<f64>) -> Result<(DVector<f64>, [DMatrix<f64>; 2])> {
+    let mean = snapshots.column_mean();
+    let mut centred = snapshots.clone();
+    centred.column_iter_mut().for_each(|mut column| column -= &mean);
+    let failed = || RegressionError::Decomposition {
+        samples: snapshots.ncols(),
+        length: snapshots.nrows(),
+        largest: snapshots.amax(),
+    };
+    if !centred.norm_squared().is_finite() {
+        return Err(failed());
+    }
+    // nalgebra's own accuracy, and more sweeps than any matrix needs instead of no bound.
+    let svd =
+        centred.clone().try_svd(true, false, 5.0 * f64::EPSILON, 10_000).ok_or_else(failed)?;
+    let energies: Vec<f64> = svd.singular_values.iter().map(|s| s * s).collect();
+    let allowed = DROPPED_ENERGY * energies.iter().sum::<f64>();
+    let mut dropped = 0.0;
+    let mut kept = energies.len();
+    // The rounding error of a zero singular value is not a mode, whatever the tolerance.
+    let rounding = (f64::EPSILON * snapshots.norm()).powi(2);
+    while kept > 0 && (dropped + energies[kept - 1] <= allowed || energies[kept - 1] <= rounding) {
+        kept -= 1;
+        dropped += energies[kept];
+    }
+    let modes = svd.u.ok_or_else(failed)?.columns(0, kept).into_owned();
+    let coefficients = centred.tr_mul(&modes);
+    Ok((mean, [modes, coefficients]))
+}
+
+#[derive(Serialize, Deserialize)]
+struct Description {
+    /// One for all modes.
+    fitted: [Fitted; 1],
+    leave_one_out: f64,
+}
+
+impl PodRegression {
+    /// Writes a folder with all that prediction needs.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn save(&self, folder: &Path) -> Result<(), Error> {
+        let mean = std::iter::once(self.mean.as_slice().to_vec());
+        let modes = self.modes.column_iter().map(|mode| mode.as_slice().to_vec());
+        write_table(&folder.join("modes.npy"), &mean.chain(modes).collect::<Vec<_>>())?;
+        let (fitted, leave_one_out) = ([self.fitted.clone()], self.leave_one_out);
+        write_json(&folder.join("regression.json"), &Description { fitted, leave_one_out })
+    }
+
+    /// Reads what [`PodRegression::save`] wrote, for the parameters that it was fitted with.
+    ///
+    /// # Errors
+    /// A file that is missing or damaged.
+    pub fn load(folder: &Path, parameters: &[Parameter]) -> Result<Self, Error> {
+        let (file, table) = (folder.join("regression.json"), folder.join("modes.npy"));
+        let Description { fitted: [fitted], leave_one_out } =
+            read_json(&file)?.ok_or_else(|| Error::NoEmulator { folder: folder.into() })?;
+        let rows = read_table(&table)?;
+        let length = rows.first().map_or(0, Vec::len);
+        let modes = rows.len().saturating_sub(1);
+        if length == 0 || fitted.weights.ncols() != modes {
+            return Err(content(&table, &"it does not hold one mode per column of weights"));
+        }
+        Ok(Self {
+            mean: DVector::from_column_slice(&rows[0]),
+            modes: DMatrix::from_fn(length, modes, |i, j| rows[1 + j][i]),
+            parameters: parameters.to_vec(),
+            fitted,
+            leave_one_out,
+        })
+    }
+}
+
+/// Numbers of a [`PodRegression`]: `field = mean + Σ_k c_k mode_k` with `c = φ(x) W`.
+///
+/// The inputs are `x_d = √12 (s_d − ½)` with the share `s_d` of θ_d in its range, on the scale of its sampling. The functions φ are
+/// first the kernels `exp(−½ Σ_d (x_d − p_d)²/ℓ_d²)` about the points p, then the monomials `Π_d x_d^e_d`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RegressionParts<'a> {
+    /// Mean field \[unit of the field\].
+    pub mean: &'a [f64],
+    /// Orthonormal modes, each as long as the field.
+    pub modes: Vec<&'a [f64]>,
+    /// Lengths ℓ of the kernels, one per parameter; empty for a polynomial.
+    pub lengths: &'a [f64],
+    /// Points p, a row of one number per parameter for every kernel.
+    pub points: Vec<Vec<f64>>,
+    /// Exponents e, a row of one number per parameter for every monomial.
+    pub exponents: &'a [Vec<i32>],
+    /// Weights W, a row of one number per mode for every function.
+    pub weights: Vec<Vec<f64>>,
+}
+
+impl PodRegression {
+    /// The numbers that [`PodRegression::predict`] reads.
+    pub fn parts(&self) -> RegressionParts<'_> {
+        let basis = &self.fitted.basis;
+        let rows = |matrix: &DMatrix<f64>| {
+            matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
+        };
+        let length = self.mean.len();
+        RegressionParts {
+            mean: self.mean.as_slice(),
+            modes: self.modes.as_slice().chunks_exact(length.max(1)).collect(),
+            lengths: &basis.lengths,
+            points: rows(&basis.points),
+            exponents: &basis.exponents,
+            weights: rows(&self.fitted.weights),
+        }
+    }
+
+    /// Coefficients of the modes at θ.
+    ///
+    /// # Errors
+    /// As [`PodRegression::predict`].
+    pub fn coefficients(&self, theta: &[f64]) -> Result<Vec<f64>> {
+        check_theta(0, &self.parameters, theta)?;
+        Ok(self.fitted.at(&inputs(&self.parameters, theta)).iter().copied().collect())
     }
 }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// Anchors at most: beyond, their functions take longer than quasi-Newton steps.
-pub(crate) const MOST_ANCHORS: usize = 50;
+const MOST_ANCHORS: usize = 50;
 
 /// Budget for making an emulator.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,6 +1,6 @@
 //! Progress of a run.
 
-use crate::Warning;
+use crate::{Error, Result, Warning};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
@@ -80,9 +80,9 @@ impl<'a> Counter<'a> {
         self.start = Instant::now();
     }
 
-    /// Whether the observer broke.
-    pub(crate) fn is_broken(&self) -> bool {
-        self.broken
+    /// Requires that the observer has not broken.
+    pub(crate) fn check(&self) -> Result<()> {
+        if self.broken { Err(Error::Interrupted { stage: self.stage.into() }) } else { Ok(()) }
     }
 
     fn tell(&mut self, message: &str) -> ControlFlow<()> {

@@ -3,12 +3,9 @@
 use crate::estimate::evaluate::TestSet;
 use crate::parameters::{check_body, in_words, require_inside};
 use crate::recipe::progress::Observer;
-use crate::sample::shared::Shared;
-use crate::sample::simulate::{Simulations, read_simulations, simulate};
+use crate::sample::simulate::{Shared, Simulations, read_simulations, simulate};
 use crate::sample::split_seed;
-use crate::store::checksums::SEAL;
-use crate::store::identity;
-use crate::store::{read_json, write_json};
+use crate::store::{SEAL, identity, read_json, write_json};
 use crate::{Body, Design, Error, Result, TrainingOptions, Warning};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -130,33 +127,27 @@ impl<'a, 'b> Session<'a, 'b> {
     pub fn simulate(&mut self, name: &str, thetas: &[Vec<f64>]) -> Result<Simulations> {
         let (stage, folder) = (format!("simulate {name}"), self.folder("simulations"));
         let folder = folder.map(|folder| folder.join(name));
-        let found = self.solved(&stage, folder.as_deref(), thetas)?;
+        // Simulations that another run shares, or those of this run.
+        let shared = self.options.shared.as_ref();
+        let shared = shared.map(|folder| Shared::new(folder, self.body, thetas));
+        let earlier = shared.as_ref().map_or(Ok(None), |shared| shared.find(thetas))?;
+        let found = match earlier {
+            Some(found) => {
+                let outcome = format!("{} solves of an earlier run", found.fields.len());
+                self.observer.finished(&stage, &outcome, 0.0);
+                found
+            }
+            None => {
+                let found = simulate(self.body, thetas, &stage, folder.as_deref(), self.observer)?;
+                if let (Some(shared), Some(folder)) = (shared, &folder) {
+                    shared.leave(folder);
+                }
+                found
+            }
+        };
         found.require(self.body, 2)?;
         self.simulate_s += found.seconds;
         self.warn_of_failures(&stage, &found);
-        Ok(found)
-    }
-
-    /// Simulations that another run shares, or those of this run, in a folder of it.
-    fn solved(
-        &mut self,
-        stage: &str,
-        folder: Option<&Path>,
-        thetas: &[Vec<f64>],
-    ) -> Result<Simulations> {
-        let shared = self.options.shared.as_ref();
-        let shared = shared.map(|folder| Shared::new(folder, self.body, thetas));
-        if let Some(shared) = &shared
-            && let Some(found) = shared.find(thetas)?
-        {
-            let outcome = format!("{} solves of an earlier run", found.fields.len());
-            self.observer.finished(stage, &outcome, 0.0);
-            return Ok(found);
-        }
-        let found = simulate(self.body, thetas, stage, folder, self.observer)?;
-        if let (Some(shared), Some(folder)) = (shared, folder) {
-            shared.leave(folder);
-        }
         Ok(found)
     }
 

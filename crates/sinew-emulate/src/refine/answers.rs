@@ -9,7 +9,6 @@ use crate::refine::{Answer, confirmed, is_far};
 use crate::{Body, Emulator, Error, PodRegression, Result};
 use rayon::prelude::*;
 use sinew_fem::{CHAIN, Options, Refined, SolveError, Solver, Stop, neighbours, sweep};
-use std::ops::ControlFlow;
 use std::time::Instant;
 
 /// Answers between two progress reports: several chains of neighbours.
@@ -84,7 +83,7 @@ impl Answers {
         let (plan, counted) = Plan::quick(body, thetas, accuracy, emulator, &mut counter)?;
         let expansion = match (plan.method(), counted) {
             (Method::Expansion, Some(Counted { solver, displacement, .. })) => {
-                Some(Emulator::taylor_about(solver, body, &displacement, 1)?)
+                Some(Emulator::taylor_about(solver, &displacement, 1)?)
             }
             _ => None,
         };
@@ -206,7 +205,8 @@ impl Found<'_> {
                 known.extend(defects);
             }
             known.truncate(MOST_LEARNED);
-            step(counter, cases.len())?;
+            let _ = counter.step(cases.len(), "");
+            counter.check()?;
         }
         Ok(())
     }
@@ -267,7 +267,15 @@ impl Found<'_> {
         }
         (stepping.held, stepping.seen) = (None, 0);
         if self.thetas.len() < FEW {
-            return self.single(solver, &from, theta, stepping);
+            let rest = vec![0.0; from.len()];
+            if is_far(self.body, &from, theta) {
+                return Ok(exact(solver, &rest, theta, 0));
+            }
+            let (answer, taken) = confirmed(solver, &from, theta, (stepping.accuracy, 1))?;
+            stepping.held = answer.as_ref().map(|_| theta.to_vec());
+            // A descent has lowered the energy of this body.
+            let start = if stepping.descends { &from } else { &rest };
+            return Ok(answer.map_or_else(|| exact(solver, start, theta, taken), Ok));
         }
         let options = Options { minimum_accuracy: RESIDUAL, ..Options::default() };
         let solved = match solver.solve_from(&from, theta, &options) {
@@ -286,42 +294,23 @@ impl Found<'_> {
         Ok(exact(solver, &solved.displacement, theta, solved.iterations()))
     }
 
-    /// Answer to one of few sets.
-    fn single(
-        &self,
-        solver: &mut Solver<'_>,
-        from: &[f64],
-        theta: &[f64],
-        stepping: &mut Stepping,
-    ) -> Result<Result<Answer>> {
-        let rest = vec![0.0; from.len()];
-        if is_far(self.body, from, theta) {
-            return Ok(exact(solver, &rest, theta, 0));
-        }
-        let (answer, taken) = confirmed(solver, from, theta, (stepping.accuracy, 1))?;
-        stepping.held = answer.as_ref().map(|_| theta.to_vec());
-        // A descent has lowered the energy of this body.
-        let start = if stepping.descends { from } else { &rest };
-        Ok(answer.map_or_else(|| exact(solver, start, theta, taken), Ok))
-    }
-
     /// Regression for many sets. It is fitted to accurate answers at some sets, refitted as their number doubles, and
     /// predicts the other sets. For most of these the error estimate is small enough without a step.
     fn grow(&mut self, guess: &Guess<'_, '_>, counter: &mut Counter<'_>) -> Result<()> {
         let guess = Guess { accuracy: (SHARP * guess.accuracy).max(SHARPEST), ..*guess };
         let first = self.spread(FIRST);
         self.confirm(&first, &guess, counter)?;
-        let mut known = self.answered(&first);
-        let (thetas, fields) = self.samples(&known);
+        let (mut thetas, mut fields) = self.samples(&first);
         let fitted = PodRegression::fit(&self.body.parameters, &thetas, &fields);
         let Ok(mut regression) = fitted else { return Ok(()) };
-        while known.len() < MOST_LEARNED {
-            let next = self.spread(known.len().min(MOST_LEARNED - known.len()));
+        while thetas.len() < MOST_LEARNED {
+            let next = self.spread(thetas.len().min(MOST_LEARNED - thetas.len()));
             let predict = |theta: &Vec<f64>| Ok(regression.predict(theta)?);
             let guess = Guess { method: Method::Regression, predict: &predict, ..guess };
             self.confirm(&next, &guess, counter)?;
-            known.extend(self.answered(&next));
-            let (thetas, fields) = self.samples(&known);
+            let (more_thetas, more_fields) = self.samples(&next);
+            thetas.extend(more_thetas);
+            fields.extend(more_fields);
             let Ok(grown) = regression.refitted(&thetas, &fields) else { break };
             regression = grown;
         }
@@ -338,12 +327,6 @@ impl Found<'_> {
         (0..count).map(|place| open[place * open.len() / count]).collect()
     }
 
-    /// Sets of `cases` that have answers.
-    fn answered(&self, cases: &[usize]) -> Vec<usize> {
-        let has = |case: &usize| matches!(self.answers[*case], Some(Ok(_)));
-        cases.iter().copied().filter(has).collect()
-    }
-
     /// Parameter sets and displacements of some answers.
     fn samples(&self, cases: &[usize]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
         let answers = cases.iter().filter_map(|&case| match &self.answers[case] {
@@ -357,11 +340,12 @@ impl Found<'_> {
     fn solve(&mut self, counter: &mut Counter<'_>) -> Result<()> {
         for cases in self.open().chunks(AT_ONCE) {
             let thetas = self.thetas(cases);
-            let solved = sweep(self.body, &thetas, &Options::default(), || ())?.results;
+            let solved = sweep(self.body, &thetas, &Options::default(), || ())?;
             for (&case, solution) in cases.iter().zip(solved) {
                 self.answers[case] = Some(solution.map(Answer::from).map_err(Error::from));
             }
-            step(counter, cases.len())?;
+            let _ = counter.step(cases.len(), "");
+            counter.check()?;
         }
         Ok(())
     }
@@ -377,11 +361,4 @@ fn exact(solver: &mut Solver<'_>, from: &[f64], theta: &[f64], taken: usize) -> 
 fn similar(a: &[f64], b: &[f64]) -> bool {
     let close = |(a, b): (&f64, &f64)| (a - b).abs() <= 0.5 * a.abs().max(b.abs());
     a.iter().zip(b).all(close)
-}
-
-fn step(counter: &mut Counter<'_>, answers: usize) -> Result<()> {
-    match counter.step(answers, "") {
-        ControlFlow::Continue(()) => Ok(()),
-        ControlFlow::Break(()) => Err(Error::Interrupted { stage: "answer".into() }),
-    }
 }

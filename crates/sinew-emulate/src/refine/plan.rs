@@ -3,7 +3,7 @@
 use crate::parameters::check_length;
 use crate::recipe::progress::{Counter, Observer};
 use crate::refine::{MOST_STEPS, check_accuracy, confirmed};
-use crate::{Body, Emulator, Error, Result};
+use crate::{Body, Emulator, Result};
 use serde::{Deserialize, Serialize};
 use sinew_fem::{CHAIN, Options, Solver};
 
@@ -94,9 +94,7 @@ impl Plan {
         check_length(body, theta)?;
         let mut counter = Counter::new(observer, "plan", 0, 1);
         let counted = Counted::measure(body, theta, emulator, &mut counter)?;
-        if counter.is_broken() {
-            return Err(Error::Interrupted { stage: "plan".into() });
-        }
+        counter.check()?;
         counter.finish("solved twice");
         let plan = |&sets: &usize| Self::of(counted.as_ref(), body, sets, accuracy, emulator);
         Ok(counts.iter().map(plan).collect())
@@ -140,7 +138,9 @@ impl Plan {
         let each = if sets < CHAIN { counted.near } else { counted.near.min(SWEPT) };
         let mut costs = vec![Cost { method: Method::Solver, prepare: 0.0, each }];
         if !body.parameters.is_empty() {
-            let prepare = counted.expansion(body);
+            // A solve, and a state for each parameter and each pair of parameters.
+            let count = body.parameters.len() as f64;
+            let prepare = counted.centre + 1.0 + count + count * (count + 1.0);
             costs.push(Cost { method: Method::Expansion, prepare, each: ANSWER });
         }
         if let Some(emulator) = emulator {
@@ -211,13 +211,6 @@ impl<'b> Counted<'b> {
         // A solve from rest may take fewer.
         let near = if emulator.is_none() { near.min(centre) } else { near };
         Ok(Some(Self { near, centre, step_s, solver, displacement }))
-    }
-
-    /// Cost of a Taylor expansion of second order [Newton steps]: a solve, and a state for each parameter and each pair of
-    /// parameters.
-    fn expansion(&self, body: &Body) -> f64 {
-        let count = body.parameters.len() as f64;
-        self.centre + 1.0 + count + count * (count + 1.0)
     }
 }
 

@@ -9,7 +9,7 @@ use crate::{Body, Error, Result};
 use serde::{Deserialize, Serialize};
 use sinew_fem::{LoadSteps, Options, SolveError, resume_sweep};
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 /// Samples that are solved together. The partition is fixed, so a run that is resumed between two blocks gives the
@@ -168,7 +168,7 @@ pub fn simulate_by(
     for samples in thetas[tried..].chunks(BLOCK) {
         let block = Block::open(samples, folder)?;
         counter.keep(block.len());
-        let found = solved(body, block, options, (stage, &mut counter))?;
+        let found = solved(body, block, options, &mut counter)?;
         tried += samples.len();
         simulations.extend(found);
         if let Some((folder, body)) = folder {
@@ -189,7 +189,7 @@ fn solved(
     body: &Body,
     block: Block<'_>,
     options: &Options,
-    (stage, counter): (&str, &mut Counter<'_>),
+    counter: &mut Counter<'_>,
 ) -> Result<Simulations> {
     let (thetas, earlier) = (block.thetas, block.earlier());
     let shared = Mutex::new((block, counter, Ok(())));
@@ -199,10 +199,7 @@ fn solved(
         block.take(index, result);
         let stop = counter.step(1, "").is_break();
         if stop || block.is_due() {
-            *outcome = block.store();
-        }
-        if stop && outcome.is_ok() {
-            *outcome = Err(Error::Interrupted { stage: stage.into() });
+            *outcome = block.store().and_then(|()| counter.check());
         }
         if outcome.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     };
@@ -308,4 +305,39 @@ pub(crate) fn stored(
         return Err(Error::OtherSamples { folder: folder.into() });
     }
     Ok((tried, found))
+}
+
+/// Folder of complete simulations that runs of one body and one set of samples share. A set gets there by renaming its
+/// folder: two runs at once both solve, and the first that ends leaves what later ones read.
+pub(crate) struct Shared {
+    place: PathBuf,
+    body: Identity,
+}
+
+impl Shared {
+    /// Within a folder, by body and samples.
+    pub(crate) fn new(folder: &Path, body: &Body, thetas: &[Vec<f64>]) -> Self {
+        let body = identity::of(body);
+        let mut key = crc32fast::Hasher::new();
+        key.update(format!("{body:?}").as_bytes());
+        thetas.iter().flatten().for_each(|value| key.update(&value.to_le_bytes()));
+        let place = folder.join(format!("{}-{:08x}", thetas.len(), key.finalize()));
+        Self { place, body }
+    }
+
+    /// Simulations that another run has solved.
+    ///
+    /// # Errors
+    /// Files that are damaged.
+    pub(crate) fn find(&self, thetas: &[Vec<f64>]) -> Result<Option<Simulations>> {
+        let (tried, found) = stored(&self.place, &self.body, thetas)?;
+        Ok((tried == thetas.len() && tried > 0).then_some(found))
+    }
+
+    /// Leaves a run's own folder of simulations, which is whole, to others.
+    pub(crate) fn leave(&self, own: &Path) {
+        // A failure does no harm: the run keeps its simulations in its own folder.
+        let above = self.place.parent().map_or(Ok(()), std::fs::create_dir_all);
+        let _ = above.and_then(|()| std::fs::rename(own, &self.place));
+    }
 }

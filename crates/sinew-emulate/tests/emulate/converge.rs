@@ -135,7 +135,7 @@ fn answers_are_within_their_tolerance_and_take_fewer_newton_steps_than_a_sweep()
     {
         let thetas = Design::LatinHypercube.sample(&body.parameters, 150, seed).unwrap();
         let swept = sweep(body, &thetas, &Options::default(), || ()).unwrap();
-        let truths = swept.solutions().unwrap();
+        let truths: Vec<_> = swept.into_iter().map(Result::unwrap).collect();
         let solver: usize = truths.iter().map(|truth| truth.iterations()).sum();
         for accuracy in [2e-2, 1e-2, 1e-3, 1e-4] {
             let found = Answers::to(body, &thetas, accuracy, None, &mut ()).unwrap();

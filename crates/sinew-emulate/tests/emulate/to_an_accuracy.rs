@@ -169,7 +169,7 @@ fn an_unseen_ventricle_is_answered_from_the_stiffness_of_another() {
         let emulator = Emulator::frozen_stiffness(&body, &known).unwrap();
         let thetas = Design::LatinHypercube.sample(&body.parameters, 100, 7).unwrap();
         let solved = sweep(&body, &thetas, &Options::default(), || ()).unwrap();
-        let truths: Vec<_> = solved.results.into_iter().map(Result::unwrap).collect();
+        let truths: Vec<_> = solved.into_iter().map(Result::unwrap).collect();
         let solver: usize = truths.iter().map(|truth| truth.iterations()).sum();
         for accuracy in [1e-2, 1e-3, 1e-4] {
             let found = Answers::to(&body, &thetas, accuracy, Some(&emulator), &mut ()).unwrap();
@@ -341,7 +341,7 @@ fn many_sets_grow_a_regression_whose_answers_are_truly_within_their_tolerance() 
     // Every tenth is solved: they are spread as all are.
     let places: Vec<usize> = (0..thetas.len()).step_by(10).collect();
     let some: Vec<_> = places.iter().map(|&place| thetas[place].clone()).collect();
-    let truths = sweep(&body, &some, &Options::default(), || ()).unwrap().results;
+    let truths = sweep(&body, &some, &Options::default(), || ()).unwrap();
     for accuracy in [1e-2, 1e-4] {
         let found = Answers::to(&body, &thetas, accuracy, None, &mut ()).unwrap();
         let answers: Vec<Answer> = found.answers.into_iter().map(Result::unwrap).collect();

@@ -5,9 +5,9 @@
 //! nearby and the steps converge to it (Newton–Kantorovich theorem; P. Deuflhard, Newton Methods for Nonlinear
 //! Problems, 2011, chapter 2).
 
-use crate::linear::vector::{difference, dot, norm, relative};
-use crate::solve::refine::energy_at_rest;
-use crate::{NewtonStep, SolveError, Solver};
+use crate::linear::{difference, dot, norm, relative};
+use crate::solve::energy_at_rest;
+use crate::{NewtonStep, Result, SolveError, Solver};
 use sinew_energy::metrics::mean_and_largest;
 use std::time::Instant;
 use thiserror::Error;
@@ -118,11 +118,7 @@ impl Solver<'_> {
     /// # Errors
     /// θ or a displacement that does not belong to the body, or [`SolveError::OutOfMemory`]. A displacement that is not near an equilibrium is no error:
     /// see [`ErrorEstimate::distance`].
-    pub fn error_estimate(
-        &mut self,
-        displacement: &[f64],
-        theta: &[f64],
-    ) -> Result<ErrorEstimate, SolveError> {
+    pub fn error_estimate(&mut self, displacement: &[f64], theta: &[f64]) -> Result<ErrorEstimate> {
         self.error_estimate_within(displacement, theta, MOST_STEPS)
     }
 
@@ -136,7 +132,7 @@ impl Solver<'_> {
         displacement: &[f64],
         theta: &[f64],
         most: usize,
-    ) -> Result<ErrorEstimate, SolveError> {
+    ) -> Result<ErrorEstimate> {
         let start = Instant::now();
         let from = self.placed(displacement, theta)?;
         let mut estimate = ErrorEstimate {
@@ -167,7 +163,7 @@ impl Solver<'_> {
         (displacement, mut from): (&[f64], Vec<f64>),
         (theta, most): (&[f64], usize),
         estimate: &mut ErrorEstimate,
-    ) -> Result<Result<Distance, NotNearEquilibrium>, SolveError> {
+    ) -> Result<Result<Distance, NotNearEquilibrium>> {
         for steps in 1..=MOST_STEPS {
             let step = self.step_from(&from, theta, &mut None)?;
             let residual = relative(step.residual_before, step.force_scale);
@@ -198,8 +194,12 @@ impl Solver<'_> {
                 break;
             }
         }
-        let (steps, residual) = (estimate.newton_steps, self.residual_at(&from, theta));
-        Ok(Err(NotNearEquilibrium::Diverges { steps, residual }))
+        let residual = self.visit(&from, (theta, 1.0), None).map_or(f64::INFINITY, |()| {
+            let assembly = &self.system.assembly;
+            let free: Vec<f64> = self.system.sparsity.gather(&assembly.gradient).collect();
+            relative(norm(&free), assembly.force_scale)
+        });
+        Ok(Err(NotNearEquilibrium::Diverges { steps: estimate.newton_steps, residual }))
     }
 
     /// Distance of a displacement to the end of simplified steps after a whole Newton step, if each is at most a quarter of the one before,
@@ -255,17 +255,5 @@ impl Solver<'_> {
             left_open: SAFETY * open(slowest) * mean_of_last,
         };
         Some((distance, energy))
-    }
-
-    /// Unbalanced forces \[relative to loads and reactions\] at an admissible displacement.
-    fn residual_at(&mut self, displacement: &[f64], theta: &[f64]) -> f64 {
-        match self.visit(displacement, (theta, 1.0), None) {
-            Ok(()) => {
-                let assembly = &self.system.assembly;
-                let free: Vec<f64> = self.system.sparsity.gather(&assembly.gradient).collect();
-                relative(norm(&free), assembly.force_scale)
-            }
-            Err(_) => f64::INFINITY,
-        }
     }
 }

@@ -1,10 +1,9 @@
-//! Supports that leave a body free to move.
+//! Supports that leave a body free to move, as a whole or in pieces that hinges join.
 
-use crate::diagnose::hinges::pieces;
-use crate::{RigidMode, SolveError};
+use crate::{Result, RigidMode, SolveError};
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 use sinew_energy::{Body, BodyArrays};
-use sinew_num::connected_components;
+use sinew_num::{cells_of_nodes, connected_components};
 use std::collections::{BTreeMap, HashSet};
 
 /// More hinged pieces than this are not analysed: the dense eigenvalues would take longer than a solve.
@@ -17,7 +16,7 @@ const MOVES: f64 = 1e-6;
 
 /// Checks that each connected part of the body, and each piece of it that is only hinged to the others, is held
 /// against all rigid motions.
-pub(crate) fn check_supports(body: &Body) -> Result<(), SolveError> {
+pub(crate) fn check_supports(body: &Body) -> Result<()> {
     let mut parts = connected_components(body.nodes, body.cell_nodes());
     // A node in no cell is held: lowering refuses others.
     parts.retain(|part| part.len() > 1);
@@ -28,7 +27,7 @@ pub(crate) fn check_supports(body: &Body) -> Result<(), SolveError> {
 }
 
 /// Refuses a piece that can move, with its free rigid motions.
-fn check(body: &Body, pieces: &[Vec<usize>]) -> Result<(), SolveError> {
+fn check(body: &Body, pieces: &[Vec<usize>]) -> Result<()> {
     let eigen = SymmetricEigen::new(resistance(body, pieces));
     let strongest = eigen.eigenvalues.max().max(f64::MIN_POSITIVE);
     let free: Vec<_> = (0..6 * pieces.len())
@@ -120,4 +119,65 @@ fn resistance(body: &Body, pieces: &[Vec<usize>]) -> DMatrix<f64> {
         }
     }
     resistance
+}
+
+/// Fewest shared nodes that may fix a cell.
+const FIXING: usize = 2;
+
+/// Nodes of rigid pieces: a cell belongs to a piece if they share three nodes that are not collinear (two in a plane).
+fn pieces(potential: &Body) -> Vec<Vec<usize>> {
+    let cells_of = cells_of_nodes(potential.nodes, potential.cell_nodes());
+    let position = |node: &usize| Vector3::from(potential.positions[*node]);
+    let plane = potential.element().dimension == 2;
+    const NONE: usize = usize::MAX;
+    let mut piece_of_cell = vec![NONE; potential.cell_count()];
+    // The last piece that each node was counted for; for each cell, the last piece it shares nodes with and their
+    // number.
+    let mut piece_of_node = vec![NONE; potential.nodes];
+    let mut shared = vec![(NONE, 0); potential.cell_count()];
+    let mut pieces = Vec::new();
+    for start in 0..potential.cell_count() {
+        if piece_of_cell[start] != NONE {
+            continue;
+        }
+        let index = pieces.len();
+        let (mut nodes, mut joining) = (Vec::new(), vec![start]);
+        piece_of_cell[start] = index;
+        while let Some(cell) = joining.pop() {
+            for &node in potential.nodes_of_cell(cell) {
+                if std::mem::replace(&mut piece_of_node[node], index) == index {
+                    continue;
+                }
+                nodes.push(node);
+                for &other in &cells_of[node] {
+                    if piece_of_cell[other] != NONE {
+                        continue;
+                    }
+                    let (last, count) = shared[other];
+                    let count = if last == index { count + 1 } else { 1 };
+                    shared[other] = (index, count);
+                    let fixed = || {
+                        let corners = potential.nodes_of_cell(other).iter();
+                        fixes(plane, corners.filter(|&&n| piece_of_node[n] == index).map(position))
+                    };
+                    if count >= FIXING && fixed() {
+                        piece_of_cell[other] = index;
+                        joining.push(other);
+                    }
+                }
+            }
+        }
+        pieces.push(nodes);
+    }
+    pieces
+}
+
+/// Whether fixed nodes fix a cell: three that are not collinear in space, two in a plane.
+fn fixes(plane: bool, mut places: impl Iterator<Item = Vector3<f64>>) -> bool {
+    let (Some(first), Some(second)) = (places.next(), places.next()) else { return false };
+    let along = second - first;
+    // Nodes of a cell are not nearly on a line unless they are on an edge.
+    plane
+        || places
+            .any(|x| along.cross(&(x - first)).norm() > 1e-9 * along.norm() * (x - first).norm())
 }

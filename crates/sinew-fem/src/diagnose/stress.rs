@@ -1,10 +1,10 @@
-//! Stress and strain of the cells of a body.
+//! Stress and strain of the cells of a body, and forces on its supports.
 
-use crate::SolveError;
-use crate::elements::cells::inadmissible;
-use crate::elements::check::check_fields;
-use nalgebra::{Matrix3, SymmetricEigen};
-use sinew_energy::{Body, Mat3};
+use crate::Result;
+use crate::elements::{Followers, check_fields, held_part, inadmissible};
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use sinew_energy::{Body, Mat3, PressureForm, PressureSurface};
+use std::slice::from_ref;
 
 /// Stress and strain of a cell: means over its quadrature points by volume.
 #[doc(alias = "Cauchy stress")]
@@ -65,11 +65,7 @@ pub struct Fibre {
 /// # Errors
 /// A displacement or θ of another body, or not finite; an inverted cell; a body with a field of pressure, which
 /// [`mixed_stresses`] takes.
-pub fn cell_stresses(
-    body: &Body,
-    displacement: &[f64],
-    theta: &[f64],
-) -> Result<Vec<CellStress>, SolveError> {
+pub fn cell_stresses(body: &Body, displacement: &[f64], theta: &[f64]) -> Result<Vec<CellStress>> {
     mixed_stresses(body, displacement, &[], theta)
 }
 
@@ -107,7 +103,7 @@ pub fn mixed_stresses(
     displacement: &[f64],
     pressure: &[f64],
     theta: &[f64],
-) -> Result<Vec<CellStress>, SolveError> {
+) -> Result<Vec<CellStress>> {
     check_fields(body, displacement, pressure, theta)?;
     let field = body.pressure_field.as_ref();
     let field_at = |point| field.map_or(0.0, |field| field.at(point, pressure));
@@ -126,17 +122,11 @@ pub fn mixed_stresses(
     let found: Vec<CellStress> =
         points.chunks(body.points_per_cell).zip(volumes).map(|(p, v)| cell(p, v)).collect();
     let finite = |cell: &CellStress| cell.cauchy.as_flattened().iter().all(|s| s.is_finite());
-    match found.iter().all(finite) {
-        true => Ok(found),
-        false => Err(inadmissible(body, displacement)),
-    }
+    if found.iter().all(finite) { Ok(found) } else { Err(inadmissible(body, displacement)) }
 }
 
 /// Displacement gradient that the law reads at each quadrature point.
-pub(crate) fn law_gradients(
-    body: &Body,
-    displacement: &[f64],
-) -> Result<Vec<Mat3<f64>>, SolveError> {
+pub(crate) fn law_gradients(body: &Body, displacement: &[f64]) -> Result<Vec<Mat3<f64>>> {
     let own = |point| body.displacement_gradient(point, displacement);
     let mut gradients: Vec<_> = (0..body.volumes.len()).map(own).collect();
     for patch in &body.patches {
@@ -156,7 +146,7 @@ struct Point {
     strain: Matrix3<f64>,
     cauchy: Matrix3<f64>,
     /// Fibre in the current configuration, not of unit length.
-    fibre: Option<nalgebra::Vector3<f64>>,
+    fibre: Option<Vector3<f64>>,
 }
 
 impl Point {
@@ -167,7 +157,7 @@ impl Point {
         // Without the square of F, whose small strains would be rounding errors.
         let strain = 0.5 * (h + h.transpose() + h.transpose() * h);
         let cauchy = Matrix3::from_fn(|i, j| piola[i][j]) * f.transpose() / volume_ratio;
-        let fibre = direction.map(|&direction| f * nalgebra::Vector3::from(direction));
+        let fibre = direction.map(|&direction| f * Vector3::from(direction));
         Self { volume_ratio, strain, cauchy: 0.5 * (cauchy + cauchy.transpose()), fibre }
     }
 }
@@ -178,8 +168,7 @@ fn cell(points: &[Point], volumes: &[f64]) -> CellStress {
     let weighted = || points.iter().zip(volumes.iter().map(move |v| v / whole));
     let strain: Matrix3<f64> = weighted().map(|(point, w)| w * point.strain).sum();
     let cauchy: Matrix3<f64> = weighted().map(|(point, w)| w * point.cauchy).sum();
-    let fibre: Option<nalgebra::Vector3<f64>> =
-        weighted().map(|(point, w)| Some(w * point.fibre?)).sum();
+    let fibre: Option<Vector3<f64>> = weighted().map(|(point, w)| Some(w * point.fibre?)).sum();
     let fibre = fibre.map(|fibre| {
         let (stretch, along) = (fibre.norm(), fibre.normalize());
         Fibre { direction: along.into(), stretch, stress: along.dot(&(cauchy * along)) }
@@ -209,4 +198,84 @@ pub fn principal_stretches(strain: &[[f64; 3]; 3]) -> [f64; 3] {
 
 fn rows(tensor: &Matrix3<f64>) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| tensor[(i, j)]))
+}
+
+/// Forces of the supports on the body \[stress·length²\], for each of [`held_sets`]; `pressure` is that of mixed elements, else empty.
+///
+/// A pressed surface loads its rim with pressure times area; where a lid closes it, with the pressure on the lid as well.
+///
+/// ```
+/// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
+/// # use sinew_fem::{Options, Solver, reactions};
+/// # use sinew_mesh::box_tetrahedra;
+/// # let parameter = |name: &str| Parameter::log(name, "kPa", 1.0..=1e6);
+/// # let scene = Scene::new(box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]), NeoHookean).parameter(parameter("mu"))
+/// #     .parameter(parameter("lambda")).load(Load::BodyForce([0.0, 0.0, -9.8e-3])).support(Support::clamped("x_min"));
+/// let (beam, theta) = (scene.lower()?, [75.0, 75.0]);
+/// let solution = Solver::new(&beam)?.solve(&theta, &Options::default())?;
+/// let found = reactions(&beam, &solution.displacement, &[], &theta)?;
+/// assert!(found.len() == 1 && (found[0][2] - 98.0).abs() < 1e-6); // its weight, at x_min
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// Arrays of other lengths than the body's.
+pub fn reactions(
+    body: &Body,
+    displacement: &[f64],
+    pressure: &[f64],
+    theta: &[f64],
+) -> Result<Vec<[f64; 3]>> {
+    check_fields(body, displacement, pressure, theta)?;
+    let total = forces(body, displacement, pressure, theta);
+    let sum = |nodes: &[usize]| {
+        nodes.iter().fold(Vector3::zeros(), |sum, &node| sum + force_on(body, node, &total)).into()
+    };
+    Ok(held_sets(body).map(|(_, nodes)| sum(nodes)).collect())
+}
+
+/// Node sets of a body's mesh whose nodes are all held, with their names.
+pub fn held_sets(body: &Body) -> impl Iterator<Item = (&String, &Vec<usize>)> {
+    let all_held = |nodes: &[usize]| !nodes.is_empty() && nodes.iter().all(|&n| held(body, n));
+    body.mesh.node_sets().iter().filter(move |(_, nodes)| all_held(nodes))
+}
+
+/// Whether a support holds a node; the third direction of a body in two dimensions does not count.
+fn held(body: &Body, node: usize) -> bool {
+    (0..body.element().dimension).any(|i| body.prescribed[3 * node + i].is_some())
+}
+
+/// Force of the supports on a node.
+fn force_on(body: &Body, node: usize, forces: &[f64]) -> Vector3<f64> {
+    let held = held_part(body, node, [0, 1, 2].map(|i| forces[3 * node + i]));
+    Vector3::from_fn(|i, _| if i < body.element().dimension { held[i] } else { 0.0 })
+}
+
+/// Whether the potential of a surface is that of its pressure only while its rim is held: its derivative at the rim is not the
+/// force there, and depends on the origin of coordinates.
+fn is_open_follower(surface: &PressureSurface) -> bool {
+    surface.triangles != Some(PressureForm::Thesis) && surface.lids.is_empty()
+}
+
+/// Forces on every degree of freedom: derivative of the energy, with pressures themselves in place of their potentials, and with
+/// the field of pressure; at prescribed ones it is the reaction.
+fn forces(body: &Body, displacement: &[f64], pressure: &[f64], theta: &[f64]) -> Vec<f64> {
+    let mut total = vec![0.0; displacement.len()];
+    body.value_and_gradient(displacement, theta, &mut total);
+    Followers::new(&body.followers).add_forces(displacement, theta, &mut total);
+    for surface in body.pressures.iter().filter(|surface| is_open_follower(surface)) {
+        let mut derivative = vec![0.0; displacement.len()];
+        surface.value_and_add_gradient(displacement, theta, &mut derivative);
+        total.iter_mut().zip(derivative).for_each(|(total, derivative)| *total -= derivative);
+        Followers::new(from_ref(surface)).add_forces(displacement, theta, &mut total);
+    }
+    if let Some(field) = &body.pressure_field {
+        // ∫ p cof F ∇N dV
+        let law = |point: usize, h: &Mat3<f64>| {
+            let (p, cofactor) = (field.at(point, pressure), h.plus_identity().cofactors());
+            Some((0.0, Mat3::from_fn(|i, j| p * cofactor[i][j])))
+        };
+        body.add_stress_forces(displacement, law, &mut total);
+    }
+    total
 }

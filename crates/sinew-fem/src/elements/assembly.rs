@@ -1,19 +1,16 @@
 //! Energy, nodal forces and stiffness of a body.
 
-use crate::diagnose::named::CellValue;
-use crate::elements::cell::Rounding;
-use crate::elements::cells::{MOST_WORST, least, per_cell};
-use crate::elements::patch::PatchResponse;
-use crate::elements::replaced::PredictedStress;
-use crate::elements::shares::{Point, Task};
-use crate::elements::state::State;
-use crate::linear::sparsity::Sparsity;
-use crate::linear::vector::Norm;
+use crate::elements::{
+    MOST_WORST, PatchResponse, Point, PredictedStress, Rounding, State, Task, least, per_cell,
+    tangent_times,
+};
+use crate::error::CellValue;
+use crate::linear::{Norm, Sparsity};
 use sinew_energy::{Body, Response, SurfaceResponse};
 use sinew_num::{Mat3, sum};
 
 /// Π and its derivatives at one displacement, with bounds of their rounding errors.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Assembly {
     /// Π \[stress·length³\]; +∞ where a cell is inverted.
     pub energy: f64,
@@ -44,6 +41,8 @@ pub(crate) struct Assembly {
     pub(crate) convex: Option<usize>,
 }
 
+/// Number of roundings in a term of the energy, a dozen, rounded up.
+const ENERGY_ROUNDINGS: f64 = 16.0;
 /// Residual at equilibrium as a multiple of the estimated rounding error: measured residuals are 0.9–1.6 of it.
 const FLOOR_FACTOR: f64 = 4.0;
 /// Largest residual of rounding errors \[relative to that multiple\]. The rounding error in the displacement of a node acts in all of its cells at once, some 20
@@ -70,19 +69,12 @@ impl Assembly {
     pub(crate) fn new(sparsity: &Sparsity, body: &Body) -> Self {
         let zeros = vec![0.0; body.prescribed.len()];
         Self {
-            energy: 0.0,
-            energy_noise: 0.0,
             gradient: zeros.clone(),
             displacement: zeros,
-            force_scale: 0.0,
-            floor: 0.0,
             matrix: vec![0.0; sparsity.entries() + 1],
             least_volume_ratio: 1.0,
-            worst_cell: 0,
             points: vec![(Mat3::ZERO, Response::INADMISSIBLE); body.volumes.len()],
-            patches: Vec::new(),
-            nearly_incompressible: false,
-            convex: None,
+            ..Self::default()
         }
     }
 
@@ -131,10 +123,11 @@ impl Assembly {
             rounding.energy += energy;
             let (places, stiffness) = (sparsity.springs.of(index), &spring.stiffness);
             let entry = |row: usize, column: usize| stiffness[row][column];
-            self.add_matrix(&sparsity.frames, &[spring.node], places, 1.0, entry);
+            self.add_matrix(&sparsity.frames, &[spring.node], places, entry);
         }
         self.add_shares(potential, sparsity, (state, predicted), &mut rounding);
-        (self.floor, self.energy_noise) = (rounding.force_noise(), rounding.energy_noise());
+        self.floor = f64::EPSILON * rounding.force.value();
+        self.energy_noise = ENERGY_ROUNDINGS * f64::EPSILON * rounding.energy;
         let held = potential.prescribed.iter().enumerate().filter(|(_, p)| p.is_some());
         let reactions = held.map(|(dof, _)| sparsity.frames.component(dof, &self.gradient));
         self.force_scale = loads.value() + reactions.collect::<Norm>().value();
@@ -202,7 +195,8 @@ impl Assembly {
         };
         task.run(of_cells, |share| {
             energies.push(share.energy);
-            rounding.merge(share.rounding);
+            rounding.energy += share.rounding.energy;
+            rounding.force.add(share.rounding.force.value());
             least = share.least.filter(|of_share| of_share.0 < least.0).unwrap_or(least);
             convex += share.convex;
             let (parts, size) = (share.parts.clone(), body.nodes_per_cell);
@@ -251,8 +245,8 @@ impl Assembly {
             self.gradient[3 * nodes[row / 3] + row % 3] += force;
             norm.add(force);
         }
-        let entry = |row: usize, column: usize| hessian[row * gradient.len() + column];
-        self.add_matrix(&sparsity.frames, nodes, sparsity.facets.of(facet), magnitude, entry);
+        let entry = |row: usize, column: usize| magnitude * hessian[row * gradient.len() + column];
+        self.add_matrix(&sparsity.frames, nodes, sparsity.facets.of(facet), entry);
         norm.value()
     }
 
@@ -316,10 +310,4 @@ pub(crate) fn add_product(
         let sum: f64 = entries.iter().enumerate().map(|(c, k)| k * direction[place(c)]).sum();
         forces[place(row)] += magnitude * sum;
     }
-}
-
-/// `A : dH`.
-pub(crate) fn tangent_times(tangent: &[[f64; 9]; 9], dh: &Mat3<f64>) -> Mat3<f64> {
-    let flat = dh.0.as_flattened();
-    Mat3::from_fn(|i, j| tangent[3 * i + j].iter().zip(flat).map(|(a, h)| a * h).sum())
 }

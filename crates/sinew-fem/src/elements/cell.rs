@@ -1,6 +1,6 @@
 //! Kernels of one cell.
 
-use crate::linear::vector::Norm;
+use crate::linear::Norm;
 use sinew_energy::{Frames, Response};
 use sinew_num::Mat3;
 
@@ -106,20 +106,23 @@ pub(crate) fn add_pressure(response: &mut Response, h: &Mat3<f64>, pressure: f64
     f.add_second_of_determinant(pressure, &mut response.tangent);
 }
 
+/// `A : dH`.
+pub(crate) fn tangent_times(tangent: &[[f64; 9]; 9], dh: &Mat3<f64>) -> Mat3<f64> {
+    let flat = dh.0.as_flattened();
+    Mat3::from_fn(|i, j| tangent[3 * i + j].iter().zip(flat).map(|(a, h)| a * h).sum())
+}
+
 /// `A B`.
 pub(crate) fn product(a: &Mat3<f64>, b: &Mat3<f64>) -> Mat3<f64> {
     Mat3::from_fn(|i, j| a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j])
 }
-
-/// Number of roundings in a term of the energy, a dozen, rounded up.
-const ENERGY_ROUNDINGS: f64 = 16.0;
 
 /// Sums of the rounding errors in energy and nodal forces.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Rounding {
     /// Sum of the magnitudes of the terms of the energy.
     pub energy: f64,
-    force: Norm,
+    pub force: Norm,
 }
 
 impl Rounding {
@@ -139,22 +142,6 @@ impl Rounding {
         let force = volume * slope * stiffness * (1.0 + slope * motion);
         self.force.add(force);
         self.energy += volume * stiffness * strain * (1.0 + strain);
-    }
-
-    /// Adds the sums of other cells.
-    pub(crate) fn merge(&mut self, other: Self) {
-        self.energy += other.energy;
-        self.force.add(other.force.value());
-    }
-
-    /// Estimated norm of the error in the nodal forces.
-    pub(crate) fn force_noise(&self) -> f64 {
-        f64::EPSILON * self.force.value()
-    }
-
-    /// Bound on the error in the energy.
-    pub(crate) fn energy_noise(&self) -> f64 {
-        ENERGY_ROUNDINGS * f64::EPSILON * self.energy
     }
 }
 

@@ -1,9 +1,7 @@
 //! Pressures that follow surfaces with a loose rim: forces without a potential, whose derivative is not symmetric.
 
-use crate::elements::assembly::{Assembly, add_product};
-use crate::elements::state::State;
-use crate::linear::sparsity::Sparsity;
-use crate::linear::vector::Norm;
+use crate::elements::{Assembly, State, add_product};
+use crate::linear::{Norm, Sparsity};
 use sinew_energy::{PressureSurface, SurfaceResponse};
 
 /// The loose followers of a body.

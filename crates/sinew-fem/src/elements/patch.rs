@@ -1,7 +1,7 @@
 //! A patch of quadrature points with one volume ratio: its derivatives.
 
-use crate::elements::cell::{NodalBlocks, add_stiffness, complete, inverse};
-use crate::linear::sparsity::patch_nodes_of;
+use crate::elements::{NodalBlocks, add_stiffness, complete, inverse, tangent_times};
+use crate::linear::patch_nodes_of;
 use sinew_energy::{Body, Response};
 use sinew_num::Mat3;
 
@@ -196,9 +196,7 @@ impl<'r> Terms<'r> {
     fn new(h: &Mat3<f64>, scaled: &Mat3<f64>, scale: f64, response: &'r Response) -> Self {
         let (f, f_bar) = (h.plus_identity(), scaled.plus_identity());
         let flat = f_bar.0.as_flattened();
-        let along = Mat3::from_fn(|i, j| {
-            response.tangent[3 * i + j].iter().zip(flat).map(|(a, f)| a * f).sum()
-        });
+        let along = tangent_times(&response.tangent, &f_bar);
         let square = along.0.as_flattened().iter().zip(flat).map(|(a, f)| a * f).sum::<f64>() / 9.0;
         Self { scale, inverse: inverse(h), cofactor: f.cofactors(), f, response, along, square }
     }

@@ -3,23 +3,14 @@
 //! The stress at the end of a step contains errors of second order in the step: stretching by a linear rotation, and a change of volume. The
 //! stiffness is therefore built from the predicted stress (the mixed-integration-point method of D. Magisano, L. Leonetti, G. Garcea, Int. J.
 //! Numer. Meth. Engng 109, 2017). Both agree at the solution, so that convergence stays quadratic.
+//!
+//! Nearly incompressible bodies keep their pressure; the ratio of their moduli at rest tells them.
 
-use crate::elements::assembly::{Assembly, tangent_times};
-use crate::elements::cell::{inverse, product};
-use crate::elements::moduli::bulk_to_shear;
-use crate::elements::replaced::{PredictedStress, third};
-use crate::elements::shares::at_points;
+use crate::elements::{
+    Assembly, PredictedStress, at_points, inverse, product, tangent_times, third,
+};
 use sinew_energy::Body;
 use sinew_num::Mat3;
-
-/// Least K/μ at rest of a nearly incompressible body. Measured from rest: bodies above 90 take 0.1 to 0.9 of the iterations, those below 40 up to
-/// a third more.
-const NEARLY_INCOMPRESSIBLE: f64 = 60.0;
-
-/// Whether K/μ at rest is so large that the bulk modulus acts as a constraint on J.
-pub(crate) fn is_nearly_incompressible(body: &Body, theta: &[f64]) -> bool {
-    bulk_to_shear(body, theta).is_some_and(|ratio| ratio > NEARLY_INCOMPRESSIBLE)
-}
 
 impl Assembly {
     /// The second Piola–Kirchhoff stress at each point.
@@ -53,41 +44,6 @@ impl Assembly {
         at_points(potential.volumes.len(), predict)
     }
 
-    /// The stress at each point at a displacement; `None` where a cell is inverted or an energy overflows.
-    fn stress_at(
-        &self,
-        body: &Body,
-        displacement: &[f64],
-        theta: &[f64],
-    ) -> Option<Vec<Mat3<f64>>> {
-        let parameters = body.law_parameters(theta);
-        let second = |h: &Mat3<f64>, first: &Mat3<f64>| product(&inverse(h), first);
-        let first = |point: usize, h: &Mat3<f64>| {
-            let (energy, stress) = body.material.stress(point, parameters, h, None);
-            energy.is_finite().then_some(stress)
-        };
-        if body.patches.is_empty() {
-            let at = |point| {
-                let h = body.displacement_gradient(point, displacement);
-                Some(second(&h, &first(point, &h)?))
-            };
-            return at_points(body.volumes.len(), at).into_iter().collect();
-        }
-        let mut found = vec![Mat3::ZERO; body.volumes.len()];
-        for points in &body.patches {
-            let kinematics = body.patch_kinematics(points, displacement)?;
-            let volumes: Vec<_> = points.iter().map(|&point| body.volumes[point]).collect();
-            let at_points = points.iter().zip(&kinematics.scaled);
-            let mut stresses: Vec<_> =
-                at_points.map(|(&point, h)| first(point, h)).collect::<Option<_>>()?;
-            kinematics.work_conjugate(&volumes, &mut stresses);
-            for ((&point, h), stress) in points.iter().zip(&kinematics.gradients).zip(&stresses) {
-                found[point] = second(h, stress);
-            }
-        }
-        Some(found)
-    }
-
     /// Nodal forces of the difference between actual and predicted pressure, in the assembled configuration.
     pub(crate) fn pressure_defect(
         &self,
@@ -95,7 +51,7 @@ impl Assembly {
         (displacement, theta): (&[f64], &[f64]),
         predicted: &PredictedStress,
     ) -> Option<Vec<f64>> {
-        let reached = self.stress_at(body, displacement, theta)?;
+        let reached = stress_at(body, displacement, theta)?;
         let mut forces = vec![0.0; displacement.len()];
         for (point, h) in self.displacement_gradients().enumerate() {
             let f = h.plus_identity();
@@ -106,4 +62,71 @@ impl Assembly {
         }
         Some(forces)
     }
+}
+
+/// The stress at each point at a displacement; `None` where a cell is inverted or an energy overflows.
+fn stress_at(body: &Body, displacement: &[f64], theta: &[f64]) -> Option<Vec<Mat3<f64>>> {
+    let parameters = body.law_parameters(theta);
+    let second = |h: &Mat3<f64>, first: &Mat3<f64>| product(&inverse(h), first);
+    let first = |point: usize, h: &Mat3<f64>| {
+        let (energy, stress) = body.material.stress(point, parameters, h, None);
+        energy.is_finite().then_some(stress)
+    };
+    if body.patches.is_empty() {
+        let at = |point| {
+            let h = body.displacement_gradient(point, displacement);
+            Some(second(&h, &first(point, &h)?))
+        };
+        return at_points(body.volumes.len(), at).into_iter().collect();
+    }
+    let mut found = vec![Mat3::ZERO; body.volumes.len()];
+    for points in &body.patches {
+        let kinematics = body.patch_kinematics(points, displacement)?;
+        let volumes: Vec<_> = points.iter().map(|&point| body.volumes[point]).collect();
+        let at_points = points.iter().zip(&kinematics.scaled);
+        let mut stresses: Vec<_> =
+            at_points.map(|(&point, h)| first(point, h)).collect::<Option<_>>()?;
+        kinematics.work_conjugate(&volumes, &mut stresses);
+        for ((&point, h), stress) in points.iter().zip(&kinematics.gradients).zip(&stresses) {
+            found[point] = second(h, stress);
+        }
+    }
+    Some(found)
+}
+
+/// Points of a body at which K/μ is evaluated: one cell may be a scar.
+const POINTS: usize = 9;
+
+/// Median of K/μ of the material at rest over points spread over the body; `None` without resistance to changes of volume.
+pub(crate) fn bulk_to_shear(potential: &Body, theta: &[f64]) -> Option<f64> {
+    let count = potential.volumes.len();
+    let points = (0..count).step_by(count.div_ceil(POINTS).max(1));
+    let ratios: Option<Vec<f64>> =
+        points.map(|point| bulk_to_shear_at(potential, theta, point)).collect();
+    let mut ratios = ratios?;
+    ratios.sort_by(f64::total_cmp);
+    ratios.get(ratios.len() / 2).copied()
+}
+
+fn bulk_to_shear_at(potential: &Body, theta: &[f64], point: usize) -> Option<f64> {
+    // A rotation of the directions changes neither K nor the trace.
+    let response = potential.material.response(point, potential.law_parameters(theta), &Mat3::ZERO);
+    let (tangent, prestress) = (&response.tangent, response.stress.trace());
+    let bulk = [0, 4, 8].map(|i| tangent[i][0] + tangent[i][4] + tangent[i][8]);
+    // Active stress S adds δ_ik S_jl to the tangent, which is no stiffness of the material.
+    let bulk = (bulk.iter().sum::<f64>() - prestress) / 9.0;
+    let trace = (0..9).map(|i| tangent[i][i]).sum::<f64>() - 3.0 * prestress;
+    let shear = (trace - 3.0 * bulk) / 10.0;
+    // Below rounding there is no shear modulus: an ideal fluid.
+    let fluid = shear <= f64::EPSILON * bulk;
+    (bulk > 0.0 && trace.is_finite()).then_some(if fluid { f64::INFINITY } else { bulk / shear })
+}
+
+/// Least K/μ at rest of a nearly incompressible body. Measured from rest: bodies above 90 take 0.1 to 0.9 of the iterations, those below 40 up to
+/// a third more.
+const NEARLY_INCOMPRESSIBLE: f64 = 60.0;
+
+/// Whether K/μ at rest is so large that the bulk modulus acts as a constraint on J.
+pub(crate) fn is_nearly_incompressible(body: &Body, theta: &[f64]) -> bool {
+    bulk_to_shear(body, theta).is_some_and(|ratio| ratio > NEARLY_INCOMPRESSIBLE)
 }

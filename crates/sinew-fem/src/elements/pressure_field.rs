@@ -1,7 +1,7 @@
 //! Coupling of displacements and the pressure field of mixed elements.
 
-use crate::elements::assembly::Assembly;
-use crate::linear::factor::Factor;
+use crate::elements::Assembly;
+use crate::linear::Factor;
 use faer::sparse::Triplet;
 use sinew_energy::{Body, PressureField};
 use sinew_num::Mat3;
@@ -66,23 +66,19 @@ impl<'p> Coupling<'p> {
 
     /// Adds `Bᵀ pressure` to the forces on all degrees of freedom.
     pub(crate) fn add_forces(&self, body: &Body, pressure: &[f64], forces: &mut [f64]) {
-        self.for_cells(body, |corners, nodes, rows| {
-            for (row, &corner) in rows.chunks(3 * nodes.len()).zip(corners) {
-                for (entry, column) in row.iter().zip(0..) {
-                    forces[3 * nodes[column / 3] + column % 3] += entry * pressure[corner];
-                }
+        self.for_rows(body, |corner, nodes, row| {
+            for (entry, column) in row.iter().zip(0..) {
+                forces[3 * nodes[column / 3] + column % 3] += entry * pressure[corner];
             }
         });
     }
 
     /// Adds `B direction` to the changes of volume.
     pub(crate) fn add_volume_changes(&self, body: &Body, direction: &[f64], changes: &mut [f64]) {
-        self.for_cells(body, |corners, nodes, rows| {
-            for (row, &corner) in rows.chunks(3 * nodes.len()).zip(corners) {
-                let terms = row.iter().zip(0..);
-                changes[corner] +=
-                    terms.map(|(b, c)| b * direction[3 * nodes[c / 3] + c % 3]).sum::<f64>();
-            }
+        self.for_rows(body, |corner, nodes, row| {
+            let terms = row.iter().zip(0..);
+            let terms = terms.map(|(b, c)| b * direction[3 * nodes[c / 3] + c % 3]);
+            changes[corner] += terms.sum::<f64>();
         });
     }
 
@@ -100,10 +96,12 @@ impl<'p> Coupling<'p> {
         }
     }
 
-    fn for_cells(&self, body: &Body, mut visit: impl FnMut(&[usize], &[usize], &[f64])) {
-        let rows = self.rows.chunks(self.field.corners * 3 * body.nodes_per_cell);
-        let cells = self.field.cells.chunks(self.field.corners).zip(body.cell_nodes());
-        cells.zip(rows).for_each(|((corners, nodes), rows)| visit(corners, nodes, rows));
+    /// The derivatives of each corner of each cell, with the nodes of the cell.
+    fn for_rows(&self, body: &Body, mut visit: impl FnMut(usize, &[usize], &[f64])) {
+        let rows = self.rows.chunks(3 * body.nodes_per_cell);
+        for (at, (&corner, row)) in self.field.cells.iter().zip(rows).enumerate() {
+            visit(corner, body.nodes_of_cell(at / self.field.corners), row);
+        }
     }
 
     /// Factorises the pressure's mass matrix over the local moduli.

@@ -1,6 +1,6 @@
 //! Tangents with a predicted in place of the present stress.
 
-use crate::elements::cell::{inverse, product};
+use crate::elements::{inverse, product};
 use sinew_num::Mat3;
 
 /// Second Piola–Kirchhoff stress at each quadrature point as Newton's linear model foresees it.

@@ -1,10 +1,9 @@
 //! Cells and patches in shares: energies, forces and stiffnesses that any thread may compute, and that are added in one order.
 
-use crate::elements::cell::{NodalBlocks, Rounding, add_pressure, add_stiffness, complete, turn};
-use crate::elements::convex::make_convex;
-use crate::elements::patch::PatchResponse;
-use crate::elements::replaced::{PredictedStress, replace_stress};
-use crate::elements::state::State;
+use crate::elements::{
+    NodalBlocks, PatchResponse, PredictedStress, Rounding, State, add_pressure, add_stiffness,
+    complete, make_convex, replace_stress, turn,
+};
 use rayon::prelude::*;
 use sinew_energy::{Body, Response, with_nodes};
 use sinew_num::Mat3;

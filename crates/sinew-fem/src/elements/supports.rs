@@ -1,7 +1,6 @@
 //! Supports along the coordinate axes or the axes of a node's own frame.
 
-use crate::elements::assembly::Assembly;
-use crate::elements::cell::turn;
+use crate::elements::{Assembly, turn};
 use sinew_energy::{Body, BodyArrays, Frames};
 use sinew_num::dot3;
 
@@ -49,19 +48,18 @@ pub(crate) fn held_part(body: &Body, node: usize, vector: [f64; 3]) -> [f64; 3] 
 }
 
 impl Assembly {
-    /// Adds `weight` times a symmetric matrix over the components of some nodes to the stiffness; `lower` gives an entry
+    /// Adds a symmetric matrix over the components of some nodes to the stiffness; `lower` gives an entry
     /// of its lower half by row and column, `places` say where they go.
     pub(crate) fn add_matrix(
         &mut self,
         frames: &Frames,
         nodes: &[usize],
         places: &[u32],
-        weight: f64,
         lower: impl Fn(usize, usize) -> f64,
     ) {
         let rows = 0..3 * nodes.len();
         let entries = rows.flat_map(|row| (0..=row).map(move |column| (row, column)));
-        let mut half: Vec<f64> = entries.map(|(row, column)| weight * lower(row, column)).collect();
+        let mut half: Vec<f64> = entries.map(|(row, column)| lower(row, column)).collect();
         turn(frames, nodes, &mut half);
         places.iter().zip(half).for_each(|(&place, entry)| self.matrix[place as usize] += entry);
     }

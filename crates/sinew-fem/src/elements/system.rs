@@ -1,18 +1,9 @@
 //! The discrete system of Newton's method: the balance of forces of a body and its derivatives at the assembled state.
 
-use crate::SolveError;
 use crate::diagnose::rigid::check_supports;
-use crate::elements::assembly::Assembly;
-use crate::elements::followers::Followers;
-use crate::elements::pressure_field::Coupling;
-use crate::elements::replaced::PredictedStress;
-use crate::elements::state::State;
-use crate::elements::supports::place;
-use crate::linear::aggregation::Aggregation;
-use crate::linear::factor::Factor;
-use crate::linear::method::Method;
-use crate::linear::sparsity::Sparsity;
-use crate::linear::vector::norm;
+use crate::elements::{Assembly, Coupling, Followers, PredictedStress, State, place};
+use crate::linear::{Aggregation, Factor, Method, Sparsity, norm};
+use crate::{Result, SolveError};
 use sinew_energy::{Body, PressureSurface};
 use sinew_num::Mat3;
 use std::sync::Arc;
@@ -62,29 +53,27 @@ pub(crate) struct System<'p> {
 
 impl<'p> System<'p> {
     /// Prepares what is the same for all θ.
-    pub(crate) fn new(body: &'p Body) -> Result<Self, SolveError> {
+    pub(crate) fn new(body: &'p Body) -> Result<Self> {
         check_supports(body)?;
         let sparsity = Arc::new(Sparsity::new(body));
         let factor = Factor::new(&sparsity)?;
         let size = [factor.entries(), sparsity.unknowns()];
         let method = Method::Automatic.chosen(body.has_potential(), None, size);
-        Self::of(body, sparsity, factor, Aggregation::default(), method)
+        Self::of(body, sparsity, (factor, Aggregation::default(), method))
     }
 
     /// System of the same body for another thread, or of one with the same cells and supports but another reference configuration; it
     /// shares what is prepared.
-    pub(crate) fn like<'q>(&self, body: &'q Body) -> Result<System<'q>, SolveError> {
-        let (factor, aggregation) = (self.factor.fresh(), self.aggregation.fresh());
-        System::of(body, self.sparsity.clone(), factor, aggregation, self.method)
+    pub(crate) fn like<'q>(&self, body: &'q Body) -> Result<System<'q>> {
+        let linear = (self.factor.fresh(), self.aggregation.fresh(), self.method);
+        System::of(body, self.sparsity.clone(), linear)
     }
 
     fn of(
         body: &'p Body,
         sparsity: Arc<Sparsity>,
-        factor: Factor,
-        aggregation: Aggregation,
-        method: Method,
-    ) -> Result<Self, SolveError> {
+        (factor, aggregation, method): (Factor, Aggregation, Method),
+    ) -> Result<Self> {
         Ok(Self {
             body,
             assembly: Assembly::new(&sparsity, body),
@@ -174,24 +163,22 @@ impl<'p> System<'p> {
 
     /// Change of the unknown displacements from rest to the whole load by the linear model of the unloaded body, with
     /// the prescribed motions \[length\].
-    pub(crate) fn linear_response(&mut self, theta: &[f64]) -> Result<Vec<f64>, SolveError> {
+    pub(crate) fn linear_response(&mut self, theta: &[f64]) -> Result<Vec<f64>> {
         let rest = self.rest();
         let mut motion = rest.displacement.clone();
         place(self.body, 1.0, &mut motion);
         self.assemble(&rest, theta, 1.0, None);
         let forces: Vec<f64> = self.sparsity.gather(&self.assembly.gradient).collect();
         let mut right = self.assemble(&rest, theta, 0.0, None).values;
-        let free = self.sparsity.unknowns();
-        right.splice(..free, forces);
-        let state =
-            State { displacement: &rest.displacement, theta, load_factor: 0.0, pressure: &[] };
+        right.splice(..self.sparsity.unknowns(), forces);
+        let state = State { load_factor: 0.0, ..State::whole(&rest.displacement, theta) };
         let moved = self.response_to_supports(state, &motion);
         right.iter_mut().zip(moved).for_each(|(r, m)| *r += m);
         let definite = self.body.has_potential();
         let (shift, _) = self.factorise(definite).ok_or(SolveError::Singular)?;
         let shift = if definite { 0.0 } else { shift };
-        let (change, _) = self.solve(right.iter().map(|r| -r).collect(), shift)?;
-        self.sparsity.scatter(change[..free].iter().copied(), &mut motion);
+        let (change, _) = self.solve(&right, shift)?;
+        self.sparsity.scatter(change, &mut motion);
         Ok(motion)
     }
 

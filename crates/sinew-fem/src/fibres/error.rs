@@ -4,6 +4,9 @@ use sinew_energy::listed;
 use sinew_mesh::Defect;
 use thiserror::Error;
 
+/// A result whose error is that of fibres.
+pub(super) type Result<T, E = FibreError> = std::result::Result<T, E>;
+
 /// A wall or a rule that gives no fibres.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]

@@ -1,7 +1,7 @@
 //! Potentials on a tetrahedral mesh: `−∇·(k ∇φ) = source` with prescribed values at some nodes.
 
-use super::FibreError;
-use crate::linear::conjugate_gradients::{End, conjugate_gradients};
+use super::{FibreError, Result};
+use crate::linear::{End, conjugate_gradients};
 use nalgebra::{Matrix3, Vector3};
 use sinew_mesh::TetMesh;
 
@@ -22,7 +22,7 @@ pub(super) struct Laplacian<'m> {
 impl<'m> Laplacian<'m> {
     /// # Errors
     /// A cell without volume.
-    pub(super) fn new(mesh: &'m TetMesh) -> Result<Self, FibreError> {
+    pub(super) fn new(mesh: &'m TetMesh) -> Result<Self> {
         let mut shape_gradients = Vec::with_capacity(mesh.cells.len());
         let mut volumes = Vec::with_capacity(mesh.cells.len());
         for cell in 0..mesh.cells.len() {
@@ -47,7 +47,7 @@ impl<'m> Laplacian<'m> {
         prescribed: &[Option<f64>],
         source: f64,
         conductivity: Option<&[f64]>,
-    ) -> Result<Vec<f64>, FibreError> {
+    ) -> Result<Vec<f64>> {
         let free: Vec<_> = (0..prescribed.len()).filter(|&i| prescribed[i].is_none()).collect();
         let mut unknown = vec![usize::MAX; prescribed.len()];
         free.iter().enumerate().for_each(|(at, &node)| unknown[node] = at);

@@ -1,11 +1,11 @@
 //! Depth in the wall and direction to the base of any ventricle, by Laplace problems.
 
-use super::potential::Laplacian;
-use super::rule::Layer;
-use super::surfaces::{Bounds, Surfaces};
-use super::{FibreError, FibreRule, Frame};
+use crate::fibres::potential::Laplacian;
+use crate::fibres::rule::Layer;
+use crate::fibres::{FibreError, FibreRule, Frame, Result};
 use nalgebra::Vector3;
-use sinew_mesh::TetMesh;
+use sinew_mesh::{Facet, TetMesh};
+use sinew_num::connected_components;
 
 /// Coordinates in the wall of a ventricle, and its fibres: the Laplace–Dirichlet rule of J. D. Bayer et al., Ann.
 /// Biomed. Eng. 40 (2012), for one ventricle.
@@ -55,7 +55,7 @@ impl VentricleCoordinates {
     ///
     /// # Errors
     /// Surfaces that are missing, empty or touching, and cells or parts of the mesh that they do not bound.
-    pub fn new(mesh: &TetMesh, surfaces: &Surfaces<'_>) -> Result<Self, FibreError> {
+    pub fn new(mesh: &TetMesh, surfaces: &Surfaces<'_>) -> Result<Self> {
         mesh.check()?;
         if mesh.cells.is_empty() {
             return Err(FibreError::Unfit("the mesh has no tetrahedra".into()));
@@ -145,7 +145,7 @@ fn layers_of_cells(
     mesh: &TetMesh,
     outward: &[Vector3<f64>],
     to_base: &[Vector3<f64>],
-) -> Result<Vec<Layer>, FibreError> {
+) -> Result<Vec<Layer>> {
     let layer = |(cell, nodes): (usize, &[usize; 4])| {
         let outward = at_centre(nodes, outward);
         let mut ways = std::iter::once(at_centre(nodes, to_base)).chain(edges(mesh, cell));
@@ -181,4 +181,95 @@ fn layers_of_nodes(
             .unwrap_or(cell)
     };
     (0..mesh.points.len()).map(layer).collect()
+}
+
+/// Names of the facet sets that bound a ventricle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Surfaces<'a> {
+    /// The inner surface.
+    pub endocardium: &'a str,
+    /// The outer surface.
+    pub epicardium: &'a str,
+    /// The rim at the valves.
+    pub base: &'a str,
+}
+
+/// Nodes of the surfaces.
+pub(super) struct Bounds {
+    pub endocardium: Vec<usize>,
+    pub epicardium: Vec<usize>,
+    pub base: Vec<usize>,
+    nodes: usize,
+}
+
+impl Bounds {
+    /// # Errors
+    /// Surfaces that are missing, empty or touching, and parts of the mesh that do not reach one.
+    pub(super) fn new(mesh: &TetMesh, names: &Surfaces<'_>) -> Result<Self> {
+        let nodes_of = |name: &str| facets(mesh, name).map(|facets| mesh.nodes_of_facets(facets));
+        let bounds = Self {
+            endocardium: nodes_of(names.endocardium)?,
+            epicardium: nodes_of(names.epicardium)?,
+            base: nodes_of(names.base)?,
+            nodes: mesh.points.len(),
+        };
+        let inner = |node: &&usize| bounds.endocardium.binary_search(node).is_ok();
+        let mut shared = bounds.epicardium.iter().filter(inner);
+        if let Some(&node) = shared.next() {
+            return Err(FibreError::Unfit(format!(
+                "endocardium and epicardium share {} nodes, the first is node {node}; facets of the base belong to a set of their own",
+                1 + shared.count()
+            )));
+        }
+        // Each connected part of the mesh has a node on each surface.
+        let parts = connected_components(mesh.points.len(), &mesh.cells);
+        for (nodes, name) in [
+            (&bounds.endocardium, names.endocardium),
+            (&bounds.epicardium, names.epicardium),
+            (&bounds.base, names.base),
+        ] {
+            let apart =
+                |part: &&Vec<usize>| !part.iter().any(|node| nodes.binary_search(node).is_ok());
+            if let Some(part) = parts.iter().find(apart) {
+                let (node, nodes) = (part[0], part.len());
+                return Err(FibreError::Unfit(format!(
+                    "the part of the mesh with node {node} ({nodes} nodes) has no node on `{name}`; remove it, see remove_unused_nodes, or mesh the ventricle in one piece"
+                )));
+            }
+        }
+        Ok(bounds)
+    }
+
+    /// Values at sets of nodes; later sets override earlier ones.
+    pub(super) fn prescribe(&self, sets: &[(&[usize], f64)]) -> Vec<Option<f64>> {
+        let mut prescribed = vec![None; self.nodes];
+        for (set, value) in sets {
+            set.iter().for_each(|&node| prescribed[node] = Some(*value));
+        }
+        prescribed
+    }
+
+    /// The nodes of endocardium and epicardium farthest from the base.
+    ///
+    /// # Errors
+    /// A surface of which each node is on the base.
+    fn apexes(&self, distance: &[f64]) -> Result<[usize; 2]> {
+        let farthest = |nodes: &[usize]| {
+            let apex = nodes.iter().copied().max_by(|&a, &b| distance[a].total_cmp(&distance[b]));
+            let apex = apex.filter(|&node| distance[node] > 0.0);
+            apex.ok_or_else(|| FibreError::Unfit(format!("there is no apex: all {} nodes of the epicardium are on the base; keep the outer facets out of the base", nodes.len())))
+        };
+        Ok([farthest(&self.endocardium)?, farthest(&self.epicardium)?])
+    }
+}
+
+fn facets<'m>(mesh: &'m TetMesh, name: &str) -> Result<&'m [Facet]> {
+    match mesh.facet_sets.get(name).map(Vec::as_slice) {
+        None => {
+            let known = mesh.facet_sets.keys().cloned().collect();
+            Err(FibreError::UnknownSurface { name: name.into(), known })
+        }
+        Some([]) => Err(FibreError::EmptySurface { name: name.into() }),
+        Some(facets) => Ok(facets),
+    }
 }

@@ -1,13 +1,10 @@
 //! Conjugate gradients preconditioned by smoothed aggregation: memory grows with the body, not with the fill of a factor.
 
 mod blocks;
-mod groups;
 mod multigrid;
 mod pattern;
 
-use crate::linear::conjugate_gradients::{End, conjugate_gradients};
-use crate::linear::factor::shift_of;
-use crate::linear::sparsity::Sparsity;
+use crate::linear::{End, Sparsity, conjugate_gradients, shift_of};
 use blocks::BlockMatrix;
 use multigrid::Multigrid;
 use pattern::Pattern;
@@ -25,6 +22,8 @@ const REBUILD: usize = 3;
 
 /// A sparsity, and the entries of the lower half of a matrix.
 pub(crate) type Matrix<'m> = (&'m Sparsity, &'m [f64]);
+/// Solution of a linear system, and the shift of its matrix; `None` where none was found.
+pub(crate) type Shifted = Option<(Vec<f64>, f64)>;
 
 /// Solves systems with a matrix plus a multiple of its mean diagonal by conjugate gradients.
 #[derive(Default)]
@@ -69,7 +68,7 @@ impl Aggregation {
         right: &[f64],
         tolerance: f64,
         shifts: usize,
-    ) -> Option<(Vec<f64>, f64)> {
+    ) -> Shifted {
         self.mean = matrix.0.mean_diagonal(matrix.1);
         let (first, mut matching) = (self.shift.saturating_sub(1).max(LEAST_SHIFT), false);
         self.shift = 0;

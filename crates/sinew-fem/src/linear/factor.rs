@@ -1,17 +1,19 @@
 //! Cholesky factors of the stiffness matrix, with one symbolic analysis for all: faer's supernodal ones in an order of our own.
 
-use crate::SolveError;
-use crate::linear::cholesky::{back_substitute, cholesky, pivots, prepared, supernodes};
-use crate::linear::sparsity::Sparsity;
-use faer::dyn_stack::MemStack;
+use crate::linear::Sparsity;
+use crate::{Result, SolveError};
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
+use faer::linalg::cholesky::llt::factor::LltRegularization;
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LdltRef, LltRef, SymbolicCholesky, SymmetricOrdering,
-    factorize_symbolic_cholesky,
+    CholeskySymbolicParams, LdltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw,
+    SymmetricOrdering, factorize_symbolic_cholesky,
 };
 use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMatRef, Triplet};
-use faer::{Conj, Par, Side};
+use faer::traits::RealField;
+use faer::{Conj, MatMut, Par, Side};
+use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -55,7 +57,7 @@ enum Form {
 
 impl Factor {
     /// Analyses a sparsity.
-    pub(crate) fn new(sparsity: &Sparsity) -> Result<Self, SolveError> {
+    pub(crate) fn new(sparsity: &Sparsity) -> Result<Self> {
         let memory = || SolveError::OutOfMemory { unknowns: sparsity.unknowns() };
         let lower = sparsity.pattern.as_ref();
         // The analysis reads the upper half, the lower one by rows.
@@ -88,7 +90,7 @@ impl Factor {
     }
 
     /// Reserves memory, which the first factorisation takes.
-    pub(crate) fn reserved(mut self) -> Result<Self, SolveError> {
+    pub(crate) fn reserved(mut self) -> Result<Self> {
         let reserved = self.entries.try_reserve_exact(self.entries());
         let memory = |_| SolveError::OutOfMemory { unknowns: self.symbolic.nrows() };
         reserved.map_err(memory).map(|()| self)
@@ -101,7 +103,19 @@ impl Factor {
 
     /// Columns that are eliminated together, with the later rows that depend on them, ascending.
     pub(crate) fn supernodes(&self) -> Vec<(Range<usize>, &[usize])> {
-        supernodes(&self.symbolic)
+        match self.symbolic.raw() {
+            SymbolicCholeskyRaw::Supernodal(symbolic) => {
+                let own = symbolic.supernode_begin().iter().zip(symbolic.supernode_end());
+                let below = (0..).map(|s| symbolic.supernode(s).pattern());
+                own.map(|(&begin, &end)| begin..end).zip(below).collect()
+            }
+            // Tiny matrices have no supernodes, whatever is requested; the diagonal comes first in each column.
+            SymbolicCholeskyRaw::Simplicial(symbolic) => {
+                let columns = symbolic.col_ptr().windows(2).zip(0..);
+                let below = |ends: &[usize]| &symbolic.row_idx()[ends[0] + 1..ends[1]];
+                columns.map(|(ends, column)| (column..column + 1, below(ends))).collect()
+            }
+        }
     }
 
     /// Whether solutions with the last factor are accurate to rounding errors in double precision.
@@ -128,15 +142,14 @@ impl Factor {
             matrix[..sparsity.entries()].iter().map(|x| (x / mean) as f32).collect();
         let half = SparseColMatRef::new(sparsity.pattern.as_ref(), &scaled);
         cholesky(&self.symbolic, &mut self.single, half)
-            && pivots(&self.symbolic)
-                .all(|slot| self.single[slot] > 0.0 && self.single[slot].is_finite())
+            && self.pivots(&self.single).all(|pivot| pivot > 0.0 && pivot.is_finite())
     }
 
     fn factorise(&mut self, half: SparseColMatRef<'_, usize, f64>) -> bool {
         self.single = Vec::new();
         self.form = Form::Definite;
         cholesky(&self.symbolic, &mut self.entries, half)
-            && self.pivots().all(|pivot| pivot > 0.0 && pivot.is_finite())
+            && self.pivots(&self.entries).all(|pivot| pivot > 0.0 && pivot.is_finite())
     }
 
     /// Factorises `L D Lᵀ` and counts the negative pivots: the number of negative eigenvalues by
@@ -157,13 +170,18 @@ impl Factor {
             Default::default(),
         );
         factor.ok()?;
-        let usable = self.pivots().all(|pivot| pivot.is_finite() && pivot != 0.0);
-        usable.then(|| self.pivots().filter(|&pivot| pivot < 0.0).count())
+        let usable = self.pivots(&self.entries).all(|pivot| pivot.is_finite() && pivot != 0.0);
+        usable.then(|| self.pivots(&self.entries).filter(|&pivot| pivot < 0.0).count())
     }
 
-    /// Diagonal of `L`, or of `D`.
-    fn pivots(&self) -> impl Iterator<Item = f64> {
-        pivots(&self.symbolic).map(|slot| self.entries[slot])
+    /// Diagonal of `L`, or of `D`, from the entries of a factor.
+    fn pivots<T: Copy>(&self, entries: &[T]) -> impl Iterator<Item = T> {
+        let mut next = 0;
+        self.supernodes().into_iter().flat_map(move |(own, below)| {
+            let (start, rows) = (next, own.len() + below.len());
+            next += own.len() * rows;
+            (0..own.len()).map(move |i| entries[start + i * (rows + 1)])
+        })
     }
 
     /// Factorises the matrix plus a multiple of its mean diagonal, the first of growing ones that makes it positive
@@ -196,26 +214,13 @@ impl Factor {
     pub(crate) fn solve(&self, right: &mut [f64]) {
         match self.form {
             Form::Empty => right.fill(f64::NAN),
-            Form::Definite => {
-                let factor = LltRef::new(&*self.symbolic, &self.entries[..]);
-                back_substitute(&self.symbolic, right, |right, memory| {
-                    factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, memory);
-                });
-            }
-            Form::Signed => {
-                let factor = LdltRef::new(&*self.symbolic, &self.entries[..]);
-                back_substitute(&self.symbolic, right, |right, memory| {
-                    factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, memory);
-                });
-            }
+            Form::Definite => back_substitute(&self.symbolic, &self.entries, false, right),
+            Form::Signed => back_substitute(&self.symbolic, &self.entries, true, right),
             Form::Single(mean) => {
-                let factor = LltRef::new(&*self.symbolic, &self.single[..]);
                 // Single precision holds no small forces.
                 let size = right.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
                 let mut scaled: Vec<f32> = right.iter().map(|x| (x / size) as f32).collect();
-                back_substitute(&self.symbolic, &mut scaled, |right, memory| {
-                    factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, memory);
-                });
+                back_substitute(&self.symbolic, &self.single, false, &mut scaled);
                 let unscale = |(to, x): (&mut f64, &f32)| *to = size / mean * f64::from(*x);
                 right.iter_mut().zip(&scaled).for_each(unscale);
             }
@@ -226,4 +231,58 @@ impl Factor {
 fn lower_half<'m>(sparsity: &'m Sparsity, matrix: &'m [f64]) -> SparseColMatRef<'m, usize, f64> {
     let pattern: SymbolicSparseColMatRef<'_, usize> = sparsity.pattern.as_ref();
     SparseColMatRef::new(pattern, &matrix[..sparsity.entries()])
+}
+
+/// Shares of the dense blocks of a large factor. The division is fixed, so that results do not depend on the number of
+/// threads; a single thread does not divide, with the same bits.
+const SHARES: NonZeroUsize = NonZeroUsize::new(4).unwrap();
+/// Least number of entries of a factor whose blocks are divided.
+const LARGE: usize = 2_000_000;
+
+/// Overwrites a right-hand side by the solution with a factor, one with signs or one of a definite matrix.
+fn back_substitute<T: RealField>(
+    symbolic: &SymbolicCholesky<usize>,
+    entries: &[T],
+    signed: bool,
+    right: &mut [T],
+) {
+    let (size, par) = (right.len(), Par::Seq);
+    let right = MatMut::from_column_major_slice_mut(right, size, 1);
+    let mut memory = MemBuffer::new(symbolic.solve_in_place_scratch::<T>(1, par));
+    let (conj, memory) = (Conj::No, MemStack::new(&mut memory));
+    if signed {
+        LdltRef::new(symbolic, entries).solve_in_place_with_conj(conj, right, par, memory);
+    } else {
+        LltRef::new(symbolic, entries).solve_in_place_with_conj(conj, right, par, memory);
+    }
+}
+
+/// Factorises `L Lᵀ` of a matrix with this lower half; false where that fails.
+fn cholesky<T: RealField + Default>(
+    symbolic: &SymbolicCholesky<usize>,
+    entries: &mut Vec<T>,
+    half: SparseColMatRef<'_, usize, T>,
+) -> bool {
+    let scratch = symbolic.factorize_numeric_llt_scratch::<T>(shares(symbolic), Default::default());
+    let Some(mut memory) = prepared(symbolic, entries, scratch) else { return false };
+    let (side, regularisation) = (Side::Lower, LltRegularization::default());
+    let (par, memory, spec) = (shares(symbolic), MemStack::new(&mut memory), Default::default());
+    symbolic.factorize_numeric_llt(entries, half, side, regularisation, par, memory, spec).is_ok()
+}
+
+/// Room for the entries of a factor, and memory to compute it in; `None` where they do not fit.
+fn prepared<T: Clone + Default>(
+    symbolic: &SymbolicCholesky<usize>,
+    entries: &mut Vec<T>,
+    scratch: StackReq,
+) -> Option<MemBuffer> {
+    entries.try_reserve_exact(symbolic.len_val() - entries.len()).ok()?;
+    entries.resize(symbolic.len_val(), T::default());
+    MemBuffer::try_new(scratch).ok()
+}
+
+/// Division of a factor's blocks.
+fn shares(symbolic: &SymbolicCholesky<usize>) -> Par {
+    let alone = rayon::current_num_threads() == 1;
+    if alone || symbolic.len_val() < LARGE { Par::Seq } else { Par::Rayon(SHARES) }
 }

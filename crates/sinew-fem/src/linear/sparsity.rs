@@ -1,6 +1,6 @@
 //! Numbering of the unknowns and where element matrices go in the stiffness matrix.
 
-use crate::linear::ordering::fill_reducing_order;
+use crate::linear::fill_reducing_order;
 use faer::sparse::SymbolicSparseColMat;
 use sinew_energy::{Body, Frames};
 use std::ops::Range;

@@ -1,14 +1,12 @@
 //! The linear systems of Newton's method: by back-substitution or conjugate gradients for a body with a potential, else by GMRES
 //! preconditioned by the factor.
 
-use crate::SolveError;
-use crate::elements::state::load_gradient;
-use crate::elements::system::System;
-use crate::linear::aggregation::MOST_ITERATIONS;
-use crate::linear::conjugate_gradients::End;
-use crate::linear::factor::MOST_SHIFTS;
-use crate::linear::gmres::{LinearOutcome, gmres};
-use crate::linear::method::{MOST_COUNTED, MOST_SINGLE, Method};
+use crate::elements::{System, load_gradient};
+use crate::linear::{
+    End, LinearOutcome, MOST_COUNTED, MOST_ITERATIONS, MOST_SHIFTS, MOST_SINGLE, Method, Shifted,
+    gmres,
+};
+use crate::{Result, SolveError};
 
 /// Residual of a linear system relative to its right-hand side: Newton's method stays quadratic down to it, and a step
 /// that reaches equilibrium meets the accuracy in volume.
@@ -83,12 +81,7 @@ impl System<'_> {
 
     /// Solves with the stiffness that was assembled last plus the least shift that makes it positive definite, by conjugate gradients to a residual of
     /// `tolerance` times the right-hand side: the solution and the shift \[relative to the mean diagonal\]. `None` where they do not converge.
-    pub(crate) fn iterate(
-        &mut self,
-        right: &[f64],
-        tolerance: f64,
-        shifts: usize,
-    ) -> Option<(Vec<f64>, f64)> {
+    pub(crate) fn iterate(&mut self, right: &[f64], tolerance: f64, shifts: usize) -> Shifted {
         let positions = self.body.positions.as_flattened().iter();
         let positions: Vec<f64> =
             positions.zip(&self.assembly.displacement).map(|(x, u)| x + u).collect();
@@ -120,11 +113,8 @@ impl System<'_> {
 
     /// Solves for a change of the unknowns (free displacements, then pressures) by the whole derivative of the balance;
     /// `shift` is that of the factor. Also returns the outcome of the iteration; Newton steps may be inexact.
-    pub(crate) fn solve(
-        &self,
-        mut right: Vec<f64>,
-        shift: f64,
-    ) -> Result<(Vec<f64>, LinearOutcome), SolveError> {
+    pub(crate) fn solve(&self, forces: &[f64], shift: f64) -> Result<(Vec<f64>, LinearOutcome)> {
+        let mut right: Vec<f64> = forces.iter().map(|f| -f).collect();
         if self.iterates {
             let (change, iterations, end) = self.iterate_again(&right, TOLERANCE);
             let solved = end == End::Converged;

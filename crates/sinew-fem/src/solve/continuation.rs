@@ -5,15 +5,10 @@
 //! predictor extrapolates the last equilibria, or follows the tangent where the two disagree. The corrector searches on
 //! the plane through the predictor, normal to the step.
 
-use crate::elements::supports::place;
-use crate::elements::system::{System, Unknowns};
-use crate::linear::vector::{dot, norm};
-use crate::solve::line::Line;
-use crate::solve::path::{Along, Path};
-use crate::solve::plane::Plane;
-use crate::solve::search::{Equilibrium, Point};
-use crate::solve::watch::Log;
-use crate::{Options, Solution, SolveError, Solver};
+use crate::elements::{System, Unknowns, place};
+use crate::linear::{dot, norm};
+use crate::solve::{Equilibrium, Line, Path, Plane, Point};
+use crate::{Options, Result, Solution, SolveError, Solver};
 use std::time::Instant;
 
 /// Largest distance to the next equilibrium \[relative to the step\]; one farther off is on another branch.
@@ -30,7 +25,7 @@ const CUT: f64 = 0.5;
 #[doc(alias("arc length", "Riks", "continuation"))]
 #[must_use = "an iterator does nothing until it is asked"]
 pub struct Curve<'s, 'p> {
-    path: Path<'s, 'p>,
+    path: Path<'s, 'p, 'static>,
     stage: Stage,
     /// Change of the unknowns from place to place at the last equilibrium, and whether places rise along the curve there.
     tangent: (Vec<f64>, bool),
@@ -94,11 +89,7 @@ impl<'p> Solver<'p> {
     ///
     /// # Errors
     /// A line whose ends are not of the body or are the same.
-    pub fn follow<'s>(
-        &'s mut self,
-        line: &Line,
-        options: &Options,
-    ) -> Result<Curve<'s, 'p>, SolveError> {
+    pub fn follow<'s>(&'s mut self, line: &Line, options: &Options) -> Result<Curve<'s, 'p>> {
         Curve::new(&mut self.system, None, line, options)
     }
 
@@ -111,7 +102,7 @@ impl<'p> Solver<'p> {
         initial: &[f64],
         line: &Line,
         options: &Options,
-    ) -> Result<Curve<'s, 'p>, SolveError> {
+    ) -> Result<Curve<'s, 'p>> {
         let from = Some(self.at(initial, &line.thetas[0])?);
         Curve::new(&mut self.system, from, line, options)
     }
@@ -123,7 +114,7 @@ impl<'s, 'p> Curve<'s, 'p> {
         from: Option<Unknowns>,
         line: &Line,
         options: &Options,
-    ) -> Result<Self, SolveError> {
+    ) -> Result<Self> {
         line.check(system)?;
         let path = Path::from_rest(system, line.clone(), options);
         let step = options.first_load_step;
@@ -137,7 +128,7 @@ impl<'s, 'p> Curve<'s, 'p> {
     ///
     /// # Errors
     /// A length that is not positive.
-    pub fn with_longest_step(self, longest: f64) -> Result<Self, SolveError> {
+    pub fn with_longest_step(self, longest: f64) -> Result<Self> {
         if longest > 0.0 {
             return Ok(Self { step: self.step.min(longest), longest, ..self });
         }
@@ -145,11 +136,7 @@ impl<'s, 'p> Curve<'s, 'p> {
     }
 
     /// The equilibrium at the line's start.
-    fn start(
-        &mut self,
-        from: Option<Unknowns>,
-        log: &mut Log<'_>,
-    ) -> Result<Equilibrium, SolveError> {
+    fn start(&mut self, from: Option<Unknowns>) -> Result<Equilibrium> {
         let path = &mut self.path;
         let (load, theta) = path.line.at(0.0);
         let unknowns = match from {
@@ -157,7 +144,10 @@ impl<'s, 'p> Curve<'s, 'p> {
             None => {
                 let rest = path.system.rest();
                 let line = Line { load_factors: [0.0, load], thetas: [theta.clone(), theta] };
-                Path::from_rest(path.system, line, &path.options).run(rest, log)?.0.unknowns
+                let mut risen = Path::from_rest(path.system, line, &path.options);
+                let (found, _) = risen.run(rest)?;
+                path.log = risen.log;
+                found.unknowns
             }
         };
         if load == 0.0 {
@@ -165,11 +155,11 @@ impl<'s, 'p> Curve<'s, 'p> {
         }
         self.least = path.options.least_load_step * self.step;
         let start = Point { at: 0.0, place: 0.0, unknowns, stress: None };
-        let found = self.at_place(start, log).ok_or_else(|| self.lost(log))?;
+        let found = self.at_place(start).ok_or_else(|| self.lost())?;
         let free = self.path.system.sparsity.unknowns();
         let scale = norm(&found.by_place[..free]);
         self.scale = if scale > 0.0 { scale } else { 1.0 };
-        self.path.along = Along::Arc(self.scale);
+        self.path.scale = Some(self.scale);
         self.path.points.clear();
         self.path.push(0.0, &found);
         self.tangent = (found.by_place.clone(), true);
@@ -177,12 +167,13 @@ impl<'s, 'p> Curve<'s, 'p> {
     }
 
     /// The next equilibrium.
-    fn next_one(&mut self, log: &mut Log<'_>) -> Result<Equilibrium, SolveError> {
-        while self.step >= self.least && log.iterations.len() < self.path.options.iterations {
-            let before = log.iterations.len();
+    fn next_one(&mut self) -> Result<Equilibrium> {
+        let most = self.path.options.iterations;
+        while self.step >= self.least && self.path.log.iterations.len() < most {
+            let before = self.path.log.iterations.len();
             let last = self.path.reached().clone();
             let guess = self.guess(&last);
-            let found = self.path.equilibrium(guess, self.path.options.accuracy, log);
+            let found = self.path.equilibrium(guess, self.path.options.accuracy);
             let near = |found: &Equilibrium| {
                 let (_, theta) = self.path.line.at(found.place);
                 let moved = self.moved(&last, found);
@@ -193,7 +184,7 @@ impl<'s, 'p> Curve<'s, 'p> {
                 continue;
             };
             if last.place < 1.0 && found.place >= 1.0 {
-                let end = self.at_place(between(&last, &found), log);
+                let end = self.at_place(between(&last, &found));
                 if let Some(end) = end.filter(|end| self.moved(&last, end) <= ASTRAY * self.step) {
                     self.stage = Stage::End;
                     self.path.push(last.at + self.moved(&last, &end), &end);
@@ -207,19 +198,18 @@ impl<'s, 'p> Curve<'s, 'p> {
             let way = self.path.way(&last.unknowns, &found.unknowns, self.scale);
             let rising = dot(&way, &self.scaled(&found.by_place)) + found.place - last.place > 0.0;
             self.tangent = (found.by_place.clone(), rising);
-            let left = log.iterations[before..].iter().map(|iteration| iteration.residual);
-            let growth = self.path.growth(&found, left);
+            let growth = self.path.growth(before);
             self.step = (moved * growth).min(self.longest);
             return Ok(found);
         }
-        Err(self.lost(log))
+        Err(self.lost())
     }
 
     /// The equilibrium at the place of a point, whether it is stable or not.
-    fn at_place(&mut self, guess: Point, log: &mut Log<'_>) -> Option<Equilibrium> {
+    fn at_place(&mut self, guess: Point) -> Option<Equilibrium> {
         let normal = (vec![0.0; self.path.system.sparsity.unknowns()], 1.0);
         let plane = Plane { normal, distance: guess.place };
-        self.path.meeting(Some(&plane), guess, self.path.options.accuracy, log)
+        self.path.meeting(Some(&plane), guess, self.path.options.accuracy)
     }
 
     /// Predictor of the next equilibrium.
@@ -258,29 +248,27 @@ impl<'s, 'p> Curve<'s, 'p> {
     }
 
     /// Error of a curve that was lost after the last equilibrium.
-    fn lost(&mut self, log: &mut Log<'_>) -> SolveError {
+    fn lost(&mut self) -> SolveError {
         let Path { system, line, .. } = &self.path;
         let worst_cells = system.assembly.worst_cells(system.body.points_per_cell);
         // Before the start was found, the point is the body at rest.
-        let place = matches!(self.path.along, Along::Arc(_)).then(|| self.path.reached().place);
+        let place = self.path.scale.map(|_| self.path.reached().place);
         let displacement = self.path.reached().unknowns.displacement.clone();
         let load_factor = place.map_or(0.0, |place| line.at(place).0);
-        let failure = log.failure(load_factor, displacement, worst_cells, None);
-        match place {
-            Some(place) => SolveError::CurveEnded { place, theta: line.at(place).1, failure },
-            None => SolveError::NotConverged(failure),
-        }
+        let failure = self.path.log.failure(load_factor, displacement, worst_cells, None);
+        let Some(place) = place else { return SolveError::NotConverged(failure) };
+        SolveError::CurveEnded { place, theta: self.path.line.at(place).1, failure }
     }
 }
 
 impl Iterator for Curve<'_, '_> {
-    type Item = Result<CurvePoint, SolveError>;
+    type Item = Result<CurvePoint>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let (start, mut log) = (Instant::now(), Log::default());
+        let start = Instant::now();
         let found = match std::mem::replace(&mut self.stage, Stage::Along) {
-            Stage::Start(from) => self.start(from, &mut log),
-            Stage::Along => self.next_one(&mut log),
+            Stage::Start(from) => self.start(from),
+            Stage::Along => self.next_one(),
             Stage::End => {
                 self.stage = Stage::End;
                 return None;
@@ -290,8 +278,8 @@ impl Iterator for Curve<'_, '_> {
             Ok(found) => {
                 let Equilibrium { place, .. } = found;
                 let (_, theta) = self.path.line.at(place);
-                let (length, system) = (self.path.reached().at, &*self.path.system);
-                let solution = Solution::new(system, (found, 1), &theta, log.take(), start);
+                let (length, history) = (self.path.reached().at, self.path.log.take());
+                let solution = Solution::new(self.path.system, (found, 1), &theta, history, start);
                 Ok(CurvePoint { place, length, solution })
             }
             Err(failure) => {

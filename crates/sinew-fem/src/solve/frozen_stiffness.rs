@@ -1,9 +1,9 @@
 //! The factorised stiffness of one solved state, kept for steps at other parameters and on other bodies.
 
-use crate::elements::system::System;
-use crate::linear::vector::{add, dot, norm};
-use crate::solve::refine::Potential;
-use crate::{Options, Refined, SolveError, Solver, Stop};
+use crate::elements::System;
+use crate::linear::{add, dot, norm};
+use crate::solve::Potential;
+use crate::{Options, Refined, Result, SolveError, Solver, Stop};
 use sinew_energy::{Body, Frames};
 use sinew_num::Mat3;
 use std::borrow::Cow;
@@ -59,7 +59,7 @@ impl<'p> Solver<'p> {
         &self,
         displacement: &[f64],
         theta: &[f64],
-    ) -> Result<FrozenStiffness<'p>, SolveError> {
+    ) -> Result<FrozenStiffness<'p>> {
         let mut own = self.fresh()?;
         own.visit(displacement, (theta, 1.0), None)?;
         own.system.factorise(true).ok_or(SolveError::Singular)?;
@@ -72,7 +72,7 @@ impl<'p> FrozenStiffness<'p> {
     ///
     /// # Errors
     /// No equilibrium at the centre.
-    pub fn new(body: &'p Body) -> Result<Self, SolveError> {
+    pub fn new(body: &'p Body) -> Result<Self> {
         let (mut solver, centre) = (Solver::new(body)?, body.centre());
         let known = solver.solve(&centre, &Options::default())?.displacement;
         solver.frozen_stiffness(&known, &centre)
@@ -87,7 +87,7 @@ impl<'p> FrozenStiffness<'p> {
     ///
     /// # Errors
     /// [`SolveError::OtherBody`], [`SolveError::NoPotential`].
-    pub fn suits(&self, body: &Body) -> Result<(), SolveError> {
+    pub fn suits(&self, body: &Body) -> Result<()> {
         self.frames_of(body).map(|_| ())
     }
 
@@ -102,13 +102,7 @@ impl<'p> FrozenStiffness<'p> {
     /// θ or a displacement that does not belong to the body, [`SolveError::Inadmissible`] where that inverts a cell,
     /// [`SolveError::OtherBody`].
     #[doc(alias("L-BFGS", "quasi-Newton"))]
-    pub fn refine(
-        &self,
-        body: &Body,
-        from: &[f64],
-        theta: &[f64],
-        stop: Stop,
-    ) -> Result<Refined, SolveError> {
+    pub fn refine(&self, body: &Body, from: &[f64], theta: &[f64], stop: Stop) -> Result<Refined> {
         let frames = self.frames_of(body)?;
         self.system.refine(Potential { body, theta, frames: &frames }, from, stop)
     }
@@ -117,7 +111,7 @@ impl<'p> FrozenStiffness<'p> {
     ///
     /// # Errors
     /// As for [`FrozenStiffness::refine`]; [`SolveError::Inadmissible`] where prescribed motions invert cells at once.
-    pub fn descend(&self, body: &Body, theta: &[f64], steps: usize) -> Result<Refined, SolveError> {
+    pub fn descend(&self, body: &Body, theta: &[f64], steps: usize) -> Result<Refined> {
         let (mut start, stop) = (self.displacement.clone(), Stop::after(steps));
         for _ in 0..MOST_TRIALS {
             match self.refine(body, &start, theta, stop) {
@@ -132,7 +126,7 @@ impl<'p> FrozenStiffness<'p> {
 
     /// Frames of another body, with its free axes rotated as near as possible to those of this stiffness; an error if
     /// cells or supports differ.
-    fn frames_of<'b>(&self, body: &'b Body) -> Result<Cow<'b, Frames>, SolveError> {
+    fn frames_of<'b>(&self, body: &'b Body) -> Result<Cow<'b, Frames>> {
         let own = self.system.body;
         if !body.has_potential() {
             return Err(SolveError::NoPotential);

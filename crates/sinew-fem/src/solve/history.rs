@@ -1,5 +1,7 @@
-//! History of a solve, iteration by iteration.
+//! History of a solve, iteration by iteration, and watching it while it runs.
 
+use crate::error::CellValue;
+use crate::{Advice, NotConverged};
 use std::fmt;
 
 /// One Newton iteration: the state it started from and the step it took.
@@ -67,4 +69,71 @@ impl fmt::Display for History {
 /// A number about one in eight characters, larger ones by their exponent.
 fn short(value: f64) -> String {
     if value.abs() < 1e3 { format!("{value:.6}") } else { format!("{value:.2e}") }
+}
+
+/// A state that a solve has come to: what [`crate::Solver::solve_watched`] hands out once per iteration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress<'a> {
+    /// Number of the iteration, from 0, over all load steps.
+    pub number: usize,
+    /// Its record. Its step is the fraction of a Newton step that led here; 0 where a load step begins and where the search went back.
+    pub iteration: Iteration,
+    /// Displacement `[u_x, u_y, u_z]` node by node \[length\].
+    pub displacement: &'a [f64],
+    /// Nodal forces \[stress·length²\]: unbalanced at free degrees of freedom, reactions at prescribed ones.
+    pub forces: &'a [f64],
+}
+
+impl Progress<'_> {
+    /// Load, iteration and residual for a progress bar.
+    pub fn in_words(&self) -> String {
+        let Iteration { load_factor, residual, tolerance, .. } = self.iteration;
+        let (load, number) = (100.0 * load_factor, self.number);
+        format!("load {load:.0} %, iteration {number}, residual {residual:.1e} of {tolerance:.1e}")
+    }
+}
+
+/// Receives each state of all solves of a solver.
+pub(crate) type Watch<'w> = &'w (dyn Fn(&Progress<'_>) + Sync + 'w);
+
+/// Log of the iterations of a solve.
+#[derive(Default)]
+pub(crate) struct Log<'w> {
+    pub iterations: Vec<Iteration>,
+    pub watch: Option<&'w mut dyn FnMut(&Progress<'_>)>,
+}
+
+impl Log<'_> {
+    /// Adds the state that an iteration starts from.
+    pub(crate) fn record(&mut self, iteration: Iteration, displacement: &[f64], forces: &[f64]) {
+        if let Some(watch) = &mut self.watch {
+            let (number, last) = (self.iterations.len(), self.iterations.last());
+            let iteration = Iteration { step: last.map_or(0.0, |last| last.step), ..iteration };
+            watch(&Progress { number, iteration, displacement, forces });
+        }
+        self.iterations.push(iteration);
+    }
+
+    /// Number of the last iterations in a row whose stiffness was indefinite.
+    pub(crate) fn indefinite(&self) -> usize {
+        self.iterations.iter().rev().take_while(|iteration| iteration.shift > 0.0).count()
+    }
+
+    /// All iterations; the log is empty afterwards.
+    pub(crate) fn take(&mut self) -> History {
+        History { iterations: std::mem::take(&mut self.iterations) }
+    }
+
+    /// Failure of a solve that came no farther than `load_factor`, with the advice that is known or that of the last iterations.
+    pub(crate) fn failure(
+        &mut self,
+        load_factor: f64,
+        displacement: Vec<f64>,
+        worst_cells: Vec<CellValue>,
+        advice: Option<Advice>,
+    ) -> Box<NotConverged> {
+        let history = self.take();
+        let advice = advice.unwrap_or_else(|| Advice::from_history(&history));
+        Box::new(NotConverged { load_factor, displacement, history, worst_cells, advice })
+    }
 }

@@ -1,12 +1,8 @@
 //! Line search of Newton's method.
 
-use crate::elements::cell::{is_short, volume_ratios_along};
-use crate::elements::replaced::PredictedStress;
-use crate::elements::shares::at_points;
-use crate::elements::state::State;
-use crate::elements::system::System;
-use crate::linear::vector::difference;
-use crate::solve::search::{Search, Watchdog};
+use crate::elements::{PredictedStress, State, System, at_points, is_short, volume_ratios_along};
+use crate::linear::difference;
+use crate::solve::{Search, Watchdog};
 use sinew_energy::Body;
 use sinew_num::Mat3;
 
@@ -106,8 +102,10 @@ impl System<'_> {
                 }
             }
             let bearable = reached.is_finite() && reached - energy <= MOST_RISE * promised;
-            let rising = || search.relaxed() && bearable && self.keeps_volume(&trial);
-            if lowered || rising() {
+            // At a higher energy no cell may be crushed.
+            let least = LEAST_VOLUME_OF_RISE * self.assembly.least_volume_ratio.min(1.0);
+            let keeps_volume = || self.least_volume_ratio(&trial) >= least;
+            if lowered || (search.relaxed() && bearable && keeps_volume()) {
                 search.accept(lowered, reached, energy, trial);
                 search.predicted = predicted.or_else(|| self.predicted(direction, length));
                 return Some(length);
@@ -122,12 +120,6 @@ impl System<'_> {
             length *= 0.5;
         }
         None
-    }
-
-    /// Whether no cell is crushed at a displacement that has a higher energy.
-    fn keeps_volume(&self, displacement: &[f64]) -> bool {
-        let least = LEAST_VOLUME_OF_RISE * self.assembly.least_volume_ratio.min(1.0);
-        self.least_volume_ratio(displacement) >= least
     }
 
     fn least_volume_ratio(&self, displacement: &[f64]) -> f64 {

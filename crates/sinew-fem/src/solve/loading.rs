@@ -1,10 +1,10 @@
 //! Solving under the whole load: at once if possible, else by load increments, unless the load is beyond a limit point.
+//! Nearly incompressible bodies are also reached through ones with a smaller bulk modulus.
 
-use crate::elements::system::Unknowns;
-use crate::solve::path::{FIRST_GRADIENT, Path};
-use crate::solve::search::{Equilibrium, Goal, Point};
-use crate::solve::watch::Log;
-use crate::{Advice, LoadSteps, SolveError};
+use crate::elements::Unknowns;
+use crate::solve::{Equilibrium, FIRST_GRADIENT, Goal, Path, Point};
+use crate::{Advice, LoadSteps, Options, Result};
+use sinew_energy::Body;
 use std::ops::Range;
 
 /// Change of a displacement gradient under the whole load, by the linear model, above which a balance without a
@@ -23,60 +23,52 @@ const PATIENCE: usize = 10;
 /// Iterations of these load increments: two more than ventricles need to their limit pressure.
 const SCOUT: usize = 48;
 
-impl Path<'_, '_> {
+impl Path<'_, '_, '_> {
     /// The equilibrium under the whole load and the number of load steps: at once from a given state, else by steps
     /// from rest.
     ///
     /// # Errors
-    /// [`SolveError::NotConverged`].
-    pub(crate) fn run(
-        mut self,
-        from: Unknowns,
-        history: &mut Log<'_>,
-    ) -> Result<(Equilibrium, usize), SolveError> {
+    /// [`crate::SolveError::NotConverged`].
+    pub(crate) fn run(&mut self, from: Unknowns) -> Result<(Equilibrium, usize)> {
         let steps_allowed = self.options.least_load_step <= self.options.first_load_step;
         if self.options.load_steps == LoadSteps::Always || (steps_allowed && self.rolls_up(&from)) {
             let step = self.first_step();
             let far =
                 self.options.load_steps == LoadSteps::WhenNeeded && FAR_BEYOND.contains(&step);
-            return if far {
-                self.glance(step, history)
-            } else {
-                self.by_steps(step, None, history)
-            };
+            return if far { self.glance(step) } else { self.by_steps(step, None) };
         }
         let scouted = steps_allowed && self.softer_volume().is_none();
         let patience = if scouted { PATIENCE } else { usize::MAX };
-        if let Some(found) = self.at_once(&from, patience, history) {
+        if let Some(found) = self.at_once(&from, patience) {
             return Ok((found, 1));
         }
         if let Some(advice) = self.refused() {
-            return Err(self.failure(Some(advice), history));
+            return Err(self.failure(Some(advice)));
         }
-        if history.iterations.len() >= self.options.iterations || !steps_allowed {
-            return Err(self.failure(None, history));
+        if self.log.iterations.len() >= self.options.iterations || !steps_allowed {
+            return Err(self.failure(None));
         }
         let step = self.first_step();
         if FAR_BEYOND.contains(&step) {
-            return self.glance(step, history);
+            return self.glance(step);
         }
-        if scouted && history.indefinite() >= PATIENCE {
+        if scouted && self.log.indefinite() >= PATIENCE {
             self.outlook.refuse(1.0);
-            match self.scout(step, history) {
+            match self.scout(step) {
                 Err(None) => {}
-                found => return found.map_err(|advice| self.failure(advice, history)),
+                found => return found.map_err(|advice| self.failure(advice)),
             }
-            if let Some(found) = self.at_once(&from, usize::MAX, history) {
+            if let Some(found) = self.at_once(&from, usize::MAX) {
                 return Ok((found, 1));
             }
         }
-        let before = history.iterations.len();
-        if let Some(found) = self.by_softer_volume(history) {
+        let before = self.log.iterations.len();
+        if let Some(found) = self.by_softer_volume() {
             return Ok(found);
         }
         // The detour leaves the load increments their iterations.
-        self.options.iterations += history.iterations.len() - before;
-        self.by_steps(step, None, history)
+        self.options.iterations += self.log.iterations.len() - before;
+        self.by_steps(step, None)
     }
 
     /// Whether a balance without a potential, at rest, moves too far for an attempt at the whole load.
@@ -90,50 +82,103 @@ impl Path<'_, '_> {
         &mut self,
         from: &Unknowns,
         most_indefinite: usize,
-        history: &mut Log<'_>,
     ) -> Option<Equilibrium> {
         let start = Point::at_end(from.clone());
         let accuracy = self.accuracy();
         let goal = Goal { line: &self.line, plane: None, accuracy, most_indefinite };
-        self.system.equilibrium(start, goal, &self.options, history)
+        self.system.equilibrium(start, goal, &self.options, &mut self.log)
     }
 
     /// Some load steps, which may meet a limit point.
-    fn scout(
-        &mut self,
-        step: f64,
-        history: &mut Log<'_>,
-    ) -> Result<(Equilibrium, usize), Option<Advice>> {
+    fn scout(&mut self, step: f64) -> Result<(Equilibrium, usize), Option<Advice>> {
         let all = self.options.iterations;
-        self.options.iterations = all.min(history.iterations.len() + SCOUT);
+        self.options.iterations = all.min(self.log.iterations.len() + SCOUT);
         self.release_stresses();
-        let found = self.steps(step, history);
+        let found = self.steps(step);
         self.options.iterations = all;
         found
     }
 
     /// The equilibrium by load steps from where the path has come to; advice where no other is known.
-    fn by_steps(
-        &mut self,
-        step: f64,
-        advice: Option<Advice>,
-        history: &mut Log<'_>,
-    ) -> Result<(Equilibrium, usize), SolveError> {
+    fn by_steps(&mut self, step: f64, advice: Option<Advice>) -> Result<(Equilibrium, usize)> {
         self.release_stresses();
         // After some steps the next are as long as the last allow.
         let step = if self.points.len() > 1 { 1.0 } else { step };
-        self.steps(step, history).map_err(|known| self.failure(known.or(advice), history))
+        self.steps(step).map_err(|known| self.failure(known.or(advice)))
     }
 
     /// Finds the part that the body bears of a load far beyond its limit.
-    fn glance(
-        &mut self,
-        step: f64,
-        history: &mut Log<'_>,
-    ) -> Result<(Equilibrium, usize), SolveError> {
+    fn glance(&mut self, step: f64) -> Result<(Equilibrium, usize)> {
         let [all, more] = GLANCE;
-        let most = all.max(history.iterations.len() + more);
+        let most = all.max(self.log.iterations.len() + more);
         self.options.iterations = most.min(self.options.iterations);
-        self.by_steps(step, Some(Advice::FarBeyond { times: 1.0 / step }), history)
+        self.by_steps(step, Some(Advice::FarBeyond { times: 1.0 / step }))
+    }
+}
+
+/// Factor of the bulk modulus from one softer body to the next: a hundredth needs a handful of iterations, and fewer
+/// bodies than a tenth.
+const SOFTER: f64 = 1e-2;
+/// Number of softer bodies, enough for K/μ = 1e4.
+const MOST_RUNGS: i32 = 2;
+
+/// The load steps of a softer body get one half of all iterations.
+const DETOUR: usize = 2;
+
+impl Path<'_, '_, '_> {
+    /// The body with a softer volumetric energy, if its law has one and the body a potential.
+    fn softer_volume(&self) -> Option<Body> {
+        self.system.body.has_potential().then(|| self.system.body.with_softer_volume(SOFTER))?
+    }
+
+    /// The equilibrium under the whole load, reached through bodies with a smaller bulk modulus, and the number of
+    /// solves and load steps. A large bulk modulus shortens Newton steps from rest, but not those from the equilibrium
+    /// of a softer body.
+    fn by_softer_volume(&mut self) -> Option<(Equilibrium, usize)> {
+        self.softer_volume()?;
+        let mut rungs = 1..=MOST_RUNGS;
+        let reached = rungs.find_map(|rung| Some((rung, self.softened(SOFTER.powi(rung), None)?)));
+        let (rung, mut unknowns, mut steps) = match reached {
+            Some((rung, unknowns)) => (rung, unknowns, 2),
+            // None was found at once: the least softened body may be reached by load steps, longer than those of the
+            // stiff body.
+            None => {
+                let (unknowns, steps) = self.softened_by_steps()?;
+                (1, unknowns, 1 + steps)
+            }
+        };
+        for rung in (1..rung).rev() {
+            unknowns = self.softened(SOFTER.powi(rung), Some(unknowns))?;
+            steps += 1;
+        }
+        Some((self.at_once(&unknowns, usize::MAX)?, steps))
+    }
+
+    /// The equilibrium of the body with a scaled bulk modulus, from a given state or from rest.
+    fn softened(&mut self, factor: f64, from: Option<Unknowns>) -> Option<Unknowns> {
+        let body = self.system.body.with_softer_volume(factor)?;
+        let mut system = self.system.like(&body).ok()?;
+        let start = Point::at_end(from.unwrap_or_else(|| system.rest()));
+        let goal =
+            Goal { line: &self.line, plane: None, accuracy: 0.0, most_indefinite: usize::MAX };
+        system.equilibrium(start, goal, &self.options, &mut self.log).map(|found| found.unknowns)
+    }
+
+    /// Equilibrium with a hundredth of the bulk modulus by load increments, in at most half of all iterations.
+    fn softened_by_steps(&mut self) -> Option<(Unknowns, usize)> {
+        if self.options.least_load_step > self.options.first_load_step {
+            return None;
+        }
+        let body = self.system.body.with_softer_volume(SOFTER)?;
+        let mut system = self.system.like(&body).ok()?;
+        let most = self.log.iterations.len() + self.options.iterations / DETOUR;
+        let options = Options { iterations: most.min(self.options.iterations), ..self.options };
+        let mut path = Path::from_rest(&mut system, self.line.clone(), &options);
+        path.log = std::mem::take(&mut self.log);
+        path.release_stresses();
+        let step = path.first_step();
+        let found = path.steps(step);
+        self.log = path.log;
+        found.ok().map(|(found, steps)| (found.unknowns, steps))
     }
 }

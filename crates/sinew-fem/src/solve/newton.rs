@@ -12,19 +12,11 @@
 //! Where there is a potential, a shift makes the stiffness positive definite, in large bodies after its cells are made convex, so that steps descend. Without one, steps
 //! use the unsymmetric or indefinite stiffness itself; only the volume of the cells limits their length.
 
-use crate::elements::moduli::bulk_to_shear;
-use crate::elements::predicted::is_nearly_incompressible;
-use crate::elements::replaced::PredictedStress;
-use crate::elements::state::State;
-use crate::elements::supports::place;
-use crate::elements::system::{Residual, System};
-use crate::linear::factor::MOST_SHIFTS;
-use crate::linear::method::{MOST_COUNTED, MOST_SINGLE};
-use crate::linear::vector::dot;
-use crate::solve::line::Line;
-use crate::solve::plane::Plane;
-use crate::solve::search::{Equilibrium, Goal, Point, Search};
-use crate::solve::watch::Log;
+use crate::elements::{
+    PredictedStress, Residual, State, System, bulk_to_shear, is_nearly_incompressible, place,
+};
+use crate::linear::{MOST_COUNTED, MOST_SHIFTS, MOST_SINGLE, Shifted, dot};
+use crate::solve::{Equilibrium, Goal, Line, Log, Plane, Point, Search};
 use crate::{Iteration, Method, Options};
 
 /// Residual \[relative to forces and volume\] that is accepted once it stops falling: with a potential, and without,
@@ -159,10 +151,7 @@ impl System<'_> {
             place,
             load_factor,
             residual,
-            force_scale: self.assembly.force_scale,
-            least_volume_ratio: self.assembly.least_volume_ratio,
             negative_pivots,
-            counted: !self.iterates,
             linear_iterations: search.linear_iterations + self.aggregation.iterations,
             jumped,
             by_place,
@@ -207,12 +196,12 @@ impl System<'_> {
             None => {
                 let (shift, _) = self.factorise(self.body.has_potential())?;
                 let shifted = if self.body.has_potential() { 0.0 } else { shift };
-                let (change, outcome) = self.solve(right, shifted).ok()?;
+                let (change, outcome) = self.solve(&residual.values, shifted).ok()?;
                 search.linear_iterations += outcome.iterations;
                 (change, shift)
             }
         };
-        self.sparsity.scatter(change[..free].iter().copied(), &mut motion);
+        self.sparsity.scatter(change.iter().copied(), &mut motion);
         let flat_between = self.passes_flat(&search.theta, &motion, 1.0);
         search.predicted = self.predict_stress(&motion);
         search.at.displacement.iter_mut().zip(&motion).for_each(|(u, m)| *u += m);
@@ -277,12 +266,7 @@ impl System<'_> {
     }
 
     /// [`System::iterated`] for the stiffness, or for that of convex cells where it is indefinite.
-    fn iterated_convex(
-        &mut self,
-        search: &Search<'_>,
-        right: &[f64],
-        tolerance: f64,
-    ) -> Option<(Vec<f64>, f64)> {
+    fn iterated_convex(&mut self, search: &Search<'_>, right: &[f64], tolerance: f64) -> Shifted {
         if self.method != Method::Aggregation {
             return None;
         }
@@ -299,7 +283,7 @@ impl System<'_> {
     }
 
     /// [`System::iterate`] where that is the method of the search, which goes on with factors if it fails and they are not too large.
-    fn iterated(&mut self, right: &[f64], tolerance: f64) -> Option<(Vec<f64>, f64)> {
+    fn iterated(&mut self, right: &[f64], tolerance: f64) -> Shifted {
         if self.method != Method::Aggregation {
             return None;
         }
@@ -346,15 +330,14 @@ impl System<'_> {
         let (shift, negative) = self.factorise(false)?;
         search.negative_pivots = Some(negative);
         record.shift = shift;
-        let (mut change, outcome) =
-            self.solve(residual.values.iter().map(|r| -r).collect(), shift).ok()?;
+        let (mut change, outcome) = self.solve(&residual.values, shift).ok()?;
         search.linear_iterations += outcome.iterations;
         let mut motion = vec![0.0; search.at.displacement.len()];
         let mut onward = 0.0;
         let plane = search.goal.plane.zip(gap);
         if let Some((Plane { normal: (slope, rate_of_plane), .. }, gap)) = plane {
             let (rate, supports) = self.rate_along(search);
-            let (by_place, outcome) = self.solve(rate.iter().map(|r| -r).collect(), shift).ok()?;
+            let (by_place, outcome) = self.solve(&rate, shift).ok()?;
             search.linear_iterations += outcome.iterations;
             onward = (gap - dot(slope, &change)) / (dot(slope, &by_place) + rate_of_plane);
             if !onward.is_finite() {
@@ -402,8 +385,7 @@ impl System<'_> {
         let mut rate = self.load_derivative(state.displacement, state.theta);
         rate.iter_mut().for_each(|r| *r *= more_load);
         if direction.iter().any(|&d| d != 0.0) {
-            let State { displacement, theta, load_factor, .. } = state;
-            let more = self.rate_by_theta(displacement, theta, load_factor, &direction);
+            let more = self.rate_by_theta(state, &direction);
             rate.iter_mut().zip(more).for_each(|(r, m)| *r += m);
         }
         rate

@@ -1,11 +1,9 @@
 //! Single steps of Newton's method from a predicted displacement: its distance to equilibrium and its correction.
 
-use crate::elements::cells::inadmissible;
-use crate::elements::replaced::PredictedStress;
-use crate::elements::supports::place;
-use crate::linear::vector::dot;
-use crate::solve::line_search::SUFFICIENT;
-use crate::{SolveError, Solver};
+use crate::elements::{PredictedStress, inadmissible, place};
+use crate::linear::dot;
+use crate::solve::SUFFICIENT;
+use crate::{Result, SolveError, Solver};
 use std::time::Instant;
 
 /// Shorter steps correct nothing.
@@ -38,13 +36,6 @@ pub struct NewtonStep {
     pub seconds: f64,
 }
 
-impl NewtonStep {
-    /// Whether the residual rose though the energy fell: the displacement was too far from equilibrium for one step.
-    pub fn residual_rose(&self) -> bool {
-        self.residual_after > self.residual_before
-    }
-}
-
 impl Solver<'_> {
     /// At most `count` steps of Newton's method from a displacement \[length\] near equilibrium, each from where the one before ended; fewer when
     /// one of length 0 ends them. Prescribed components are put in their places first.
@@ -60,7 +51,7 @@ impl Solver<'_> {
         displacement: &[f64],
         theta: &[f64],
         count: usize,
-    ) -> Result<Vec<NewtonStep>, SolveError> {
+    ) -> Result<Vec<NewtonStep>> {
         let from = self.placed(displacement, theta)?;
         let (mut predicted, mut steps) = (None, Vec::<NewtonStep>::new());
         while steps.len() < count && steps.last().is_none_or(|step| step.length > 0.0) {
@@ -71,11 +62,7 @@ impl Solver<'_> {
     }
 
     /// A displacement of this body with prescribed components in their places.
-    pub(crate) fn placed(
-        &self,
-        displacement: &[f64],
-        theta: &[f64],
-    ) -> Result<Vec<f64>, SolveError> {
+    pub(crate) fn placed(&self, displacement: &[f64], theta: &[f64]) -> Result<Vec<f64>> {
         self.check(displacement, theta)?;
         let mut placed = displacement.to_vec();
         place(self.body(), 1.0, &mut placed);
@@ -88,11 +75,7 @@ impl Solver<'_> {
     /// # Errors
     /// θ or a displacement that does not belong to the body, [`SolveError::Inadmissible`] where it inverts a cell, or
     /// [`SolveError::Singular`] where nothing was factorised.
-    pub fn simplified_step(
-        &mut self,
-        displacement: &[f64],
-        theta: &[f64],
-    ) -> Result<Vec<f64>, SolveError> {
+    pub fn simplified_step(&mut self, displacement: &[f64], theta: &[f64]) -> Result<Vec<f64>> {
         let (mut moved, mut forces) =
             (self.placed(displacement, theta)?, vec![0.0; displacement.len()]);
         if !self.body().value_and_gradient(&moved, theta, &mut forces).is_finite() {
@@ -109,7 +92,7 @@ impl Solver<'_> {
     ///
     /// # Errors
     /// θ that makes no sense, or [`SolveError::Singular`].
-    pub fn linear_response(&mut self, theta: &[f64]) -> Result<Vec<f64>, SolveError> {
+    pub fn linear_response(&mut self, theta: &[f64]) -> Result<Vec<f64>> {
         self.body().check_theta(theta)?;
         self.system.linear_response(theta)
     }
@@ -124,7 +107,7 @@ impl Solver<'_> {
         displacement: &[f64],
         theta: &[f64],
         difference: &[f64],
-    ) -> Result<f64, SolveError> {
+    ) -> Result<f64> {
         let forces = self.stiffness_times(displacement, theta, difference)?;
         Ok(dot(&forces, difference).max(0.0).sqrt())
     }
@@ -134,7 +117,7 @@ impl Solver<'_> {
         from: &[f64],
         theta: &[f64],
         predicted: &mut Option<PredictedStress>,
-    ) -> Result<NewtonStep, SolveError> {
+    ) -> Result<NewtonStep> {
         let start = Instant::now();
         self.visit(from, (theta, 1.0), predicted.as_ref())?;
         let (shift, _) = self.system.factorise(true).ok_or(SolveError::Singular)?;

@@ -1,16 +1,8 @@
 //! Continuation of an equilibrium along a line in loads and parameters, by load or arc length.
 
-use crate::elements::replaced::PredictedStress;
-use crate::elements::supports::place as place_supports;
-use crate::elements::system::{System, Unknowns};
-use crate::linear::method::MOST_SINGLE;
-use crate::linear::vector::dot;
-use crate::solve::line::Line;
-use crate::solve::outlook::Outlook;
-use crate::solve::plane::Plane;
-use crate::solve::search::{Equilibrium, Goal, Point};
-use crate::solve::turn::far_turn;
-use crate::solve::watch::Log;
+use crate::elements::{PredictedStress, System, Unknowns, place as place_supports};
+use crate::linear::{MOST_SINGLE, dot};
+use crate::solve::{Equilibrium, Goal, Line, Log, Outlook, Plane, Point, far_turn};
 use crate::{Advice, Options, SolveError};
 use sinew_num::Mat3;
 
@@ -42,27 +34,21 @@ const MOST_INDEFINITE: usize = 8;
 /// Such steps beyond a limit point, where the body may have snapped to other equilibria.
 const SNAPPING: usize = 12;
 
-/// Quantities that grow along a path.
-pub(crate) enum Along {
-    /// The place on the line.
-    Place,
-    /// Arc length, with this scale of displacements \[length\].
-    Arc(f64),
-}
-
 /// A path of equilibria along a line.
-pub(crate) struct Path<'s, 'p> {
+pub(crate) struct Path<'s, 'p, 'w> {
     pub system: &'s mut System<'p>,
     pub line: Line,
     pub options: Options,
-    pub along: Along,
+    /// Scale of displacements \[length\] in the arc length that grows along the path; `None` where the place on the line does.
+    pub scale: Option<f64>,
     /// The last ones that were reached.
     pub points: Vec<Point>,
     /// Extrapolation to larger loads.
     pub outlook: Outlook,
+    pub log: Log<'w>,
 }
 
-impl<'s, 'p> Path<'s, 'p> {
+impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
     /// The path of rising loads from the body at rest.
     pub(crate) fn to_load(system: &'s mut System<'p>, theta: &[f64], options: &Options) -> Self {
         Self::from_rest(system, Line::of_loads(theta), options)
@@ -71,8 +57,9 @@ impl<'s, 'p> Path<'s, 'p> {
     /// A path from the body at rest, where its line has no loads.
     pub(crate) fn from_rest(system: &'s mut System<'p>, line: Line, options: &Options) -> Self {
         let rest = Point { at: 0.0, place: 0.0, unknowns: system.rest(), stress: None };
-        let (along, outlook) = (Along::Place, Outlook::from(&rest.unknowns.displacement));
-        Self { system, line, options: *options, along, points: vec![rest], outlook }
+        let (scale, outlook) = (None, Outlook::from(&rest.unknowns.displacement));
+        let (options, points, log) = (*options, vec![rest], Log::default());
+        Self { system, line, options, scale, points, outlook, log }
     }
 
     /// Lets the stress at rest, such as active stress, grow with the loads.
@@ -82,23 +69,19 @@ impl<'s, 'p> Path<'s, 'p> {
     }
 
     /// The equilibrium at the end of the line with the number of steps that lead there, or the reason for its absence, where that is known.
-    pub(crate) fn steps(
-        &mut self,
-        mut step: f64,
-        history: &mut Log<'_>,
-    ) -> Result<(Equilibrium, usize), Option<Advice>> {
+    pub(crate) fn steps(&mut self, mut step: f64) -> Result<(Equilibrium, usize), Option<Advice>> {
         let start = self.reached().at;
         if let [.., before, last] = &self.points[..] {
             step = step.min(self.options.load_step_growth.max(CUT) * (last.at - before.at));
         }
         let mut steps = 0;
         let mut linear_iterations = 0;
-        while !self.is_stuck((step / (1.0 - start)).abs(), history) {
+        while !self.is_stuck((step / (1.0 - start)).abs()) {
             let reached = self.reached().at;
             // Arc length may have passed the end, from where steps go back.
             let ends = (1.0 - reached).abs() <= step.abs() * (1.0 + 1e-9);
             let wanted = if ends { 1.0 } else { reached + step };
-            if self.outlook.is_near() && self.around(step.abs(), history) {
+            if self.outlook.is_near() && self.around(step.abs()) {
                 continue;
             }
             let target = self.outlook.target(wanted, 1.0);
@@ -110,15 +93,15 @@ impl<'s, 'p> Path<'s, 'p> {
                 (false, true) => self.options.accuracy,
                 (false, false) => self.options.accuracy_on_the_way,
             };
-            let before = history.iterations.len();
+            let before = self.log.iterations.len();
             let guess = self.extrapolated(target);
-            let Some(mut found) = self.equilibrium(guess, accuracy, history) else {
+            let Some(mut found) = self.equilibrium(guess, accuracy) else {
                 if let Some(advice) = self.refused() {
                     return Err(Some(advice));
                 }
                 self.outlook.refuse(target);
                 // A search that ran out of iterations is no evidence.
-                let searched = history.iterations.len() < self.options.iterations;
+                let searched = self.log.iterations.len() < self.options.iterations;
                 if let (Some(limit), true) = (self.outlook.ends(), searched) {
                     return Err(Some(Advice::LimitPoint { limit, refused: target }));
                 }
@@ -134,8 +117,7 @@ impl<'s, 'p> Path<'s, 'p> {
                 found.jumped = self.outlook.jumped;
                 return Ok((found, steps));
             }
-            let left = history.iterations[before..].iter().map(|iteration| iteration.residual);
-            step = (target - reached) * self.growth(&found, left);
+            step = (target - reached) * self.growth(before);
         }
         Err(None)
     }
@@ -150,9 +132,11 @@ impl<'s, 'p> Path<'s, 'p> {
         self.points.drain(..self.points.len().saturating_sub(self.most_points()));
     }
 
-    /// The next step as a multiple of the one that led to an equilibrium, with the unbalanced forces of its iterations.
-    pub(crate) fn growth(&self, found: &Equilibrium, mut left: impl Iterator<Item = f64>) -> f64 {
-        let scale = found.force_scale.max(f64::MIN_POSITIVE);
+    /// The next step as a multiple of the one that led to the assembled equilibrium, by the unbalanced forces of the
+    /// iterations since it began.
+    pub(crate) fn growth(&self, before: usize) -> f64 {
+        let scale = self.system.assembly.force_scale.max(f64::MIN_POSITIVE);
+        let mut left = self.log.iterations[before..].iter().map(|iteration| iteration.residual);
         let mut change = |goal: f64, power: f64| {
             let began = left.next().unwrap_or(f64::MAX) / scale;
             (goal / began).powf(1.0 / (power * self.most_points() as f64))
@@ -187,26 +171,18 @@ impl<'s, 'p> Path<'s, 'p> {
     }
 
     /// Whether a step, as a part of the whole way, has become too short, or iterations run out.
-    fn is_stuck(&self, part: f64, history: &Log<'_>) -> bool {
+    fn is_stuck(&self, part: f64) -> bool {
         let reached = self.reached().at;
         let coarse = if reached < FAR_BELOW { FAR_BELOW } else { 0.0 };
         let least = self.options.least_load_step.max(coarse) * reached;
         // Written so that a NaN is stuck as well.
         let going = part >= least && part >= LEAST_LOAD;
-        !going || history.iterations.len() >= self.options.iterations
+        !going || self.log.iterations.len() >= self.options.iterations
     }
 
-    pub(crate) fn equilibrium(
-        &mut self,
-        guess: Point,
-        accuracy: f64,
-        history: &mut Log<'_>,
-    ) -> Option<Equilibrium> {
-        let plane = match &self.along {
-            Along::Place => None,
-            Along::Arc(scale) => Some(self.plane(&guess, *scale)),
-        };
-        self.meeting(plane.as_ref(), guess, accuracy, history)
+    pub(crate) fn equilibrium(&mut self, guess: Point, accuracy: f64) -> Option<Equilibrium> {
+        let plane = self.scale.map(|scale| self.plane(&guess, scale));
+        self.meeting(plane.as_ref(), guess, accuracy)
     }
 
     /// The equilibrium near a point that lies on a plane, or at its place.
@@ -215,12 +191,11 @@ impl<'s, 'p> Path<'s, 'p> {
         plane: Option<&Plane>,
         guess: Point,
         accuracy: f64,
-        history: &mut Log<'_>,
     ) -> Option<Equilibrium> {
         let snapping = self.outlook.ends().is_some();
         let most_indefinite = if snapping { SNAPPING } else { MOST_INDEFINITE };
         let goal = Goal { line: &self.line, plane, accuracy, most_indefinite };
-        self.system.equilibrium(guess, goal, &self.options, history)
+        self.system.equilibrium(guess, goal, &self.options, &mut self.log)
     }
 
     /// The plane through a point across the way to it from the last one.
@@ -251,24 +226,26 @@ impl<'s, 'p> Path<'s, 'p> {
 
     /// Error with the last equilibrium of a path, solved to full accuracy, and with the given advice or that of the
     /// last iterations.
-    pub(crate) fn failure(&mut self, advice: Option<Advice>, history: &mut Log<'_>) -> SolveError {
+    pub(crate) fn failure(&mut self, advice: Option<Advice>) -> SolveError {
         let turned = far_turn(self.system.body).map(|degrees| Advice::Turned { degrees });
         let advice = turned.or(advice);
         let worst_cells = self.system.assembly.worst_cells(self.system.body.points_per_cell);
+        let mut log = std::mem::take(&mut self.log);
         // A rough equilibrium with no accurate one nearby was beyond the limit point.
         while let Some(point) = self.points.pop() {
             let ((load_factor, _), rest) = (self.line.at(point.place), point.at == 0.0);
-            let found = self.equilibrium(point.clone(), self.accuracy(), &mut Log::default());
+            self.log = Log::default();
+            let found = self.equilibrium(point.clone(), self.accuracy());
             let displacement = match found {
                 Some(found) => found.unknowns.displacement,
                 None if rest => point.unknowns.displacement,
                 None => continue,
             };
-            let failure = history.failure(load_factor, displacement, worst_cells, advice);
+            let failure = log.failure(load_factor, displacement, worst_cells, advice);
             return SolveError::NotConverged(failure);
         }
         let rest = self.system.rest().displacement;
-        SolveError::NotConverged(history.failure(0.0, rest, worst_cells, advice))
+        SolveError::NotConverged(log.failure(0.0, rest, worst_cells, advice))
     }
 
     /// Polynomial extrapolation of the last points.
@@ -279,11 +256,17 @@ impl<'s, 'p> Path<'s, 'p> {
             others.map(|other| (at - other) / (point.at - other)).product::<f64>()
         });
         let terms: Vec<_> = weights.zip(points).collect();
-        let of = |part: fn(&Point) -> &Vec<f64>| combined(&terms, part);
+        let of = |part: fn(&Point) -> &Vec<f64>| {
+            let mut sum = vec![0.0; terms.first().map_or(0, |(_, point)| part(point).len())];
+            for (weight, point) in &terms {
+                sum.iter_mut().zip(part(point)).for_each(|(s, v)| *s += weight * v);
+            }
+            sum
+        };
         let (mut displacement, pressure) =
             (of(|p| &p.unknowns.displacement), of(|p| &p.unknowns.pressure));
-        let place = match self.along {
-            Along::Place => at,
+        let place = match self.scale {
+            None => at,
             _ => terms.iter().map(|(weight, p)| weight * p.place).sum(),
         };
         let (load_factor, _) = self.line.at(place);
@@ -303,13 +286,4 @@ impl<'s, 'p> Path<'s, 'p> {
         }
         Point { at, place, unknowns: Unknowns { displacement, pressure }, stress }
     }
-}
-
-/// A weighted sum of a part of some points.
-fn combined(terms: &[(f64, &Point)], part: fn(&Point) -> &Vec<f64>) -> Vec<f64> {
-    let mut sum = vec![0.0; terms.first().map_or(0, |(_, point)| part(point).len())];
-    for (weight, point) in terms {
-        sum.iter_mut().zip(part(point)).for_each(|(s, v)| *s += weight * v);
-    }
-    sum
 }

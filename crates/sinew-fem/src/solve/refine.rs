@@ -4,14 +4,10 @@
 //! factorised once at a nearby state, scaled by the last step. A step costs a gradient and two
 //! back-substitutions, a tenth or less of a Newton step.
 
-use crate::elements::cells::inadmissible;
-use crate::elements::check::check_potential;
-use crate::elements::state::load_gradient;
-use crate::elements::supports::place;
-use crate::elements::system::System;
-use crate::linear::vector::{add, difference, dot, norm, relative};
-use crate::solve::line_search::{SUFFICIENT, flattens, minds_turned_cells};
-use crate::{SolveError, Solver};
+use crate::elements::{System, check_potential, inadmissible, load_gradient, place};
+use crate::linear::{add, difference, dot, norm, relative};
+use crate::solve::{SUFFICIENT, flattens, minds_turned_cells};
+use crate::{Result, SolveError, Solver};
 use sinew_energy::metrics::mean_and_largest;
 use sinew_energy::{Body, Frames};
 use std::collections::VecDeque;
@@ -128,7 +124,7 @@ impl Solver<'_> {
     /// θ or a displacement that does not belong to the body, [`SolveError::Inadmissible`] where that inverts a cell,
     /// [`SolveError::Singular`] where nothing was factorised.
     #[doc(alias("L-BFGS", "quasi-Newton"))]
-    pub fn refine(&self, from: &[f64], theta: &[f64], stop: Stop) -> Result<Refined, SolveError> {
+    pub fn refine(&self, from: &[f64], theta: &[f64], stop: Stop) -> Result<Refined> {
         let body = self.body();
         self.system.refine(Potential { body, theta, frames: &body.frames }, from, stop)
     }
@@ -166,7 +162,7 @@ impl System<'_> {
         potential: Potential<'_>,
         from: &[f64],
         stop: Stop,
-    ) -> Result<Refined, SolveError> {
+    ) -> Result<Refined> {
         let (start, Potential { body, theta, frames }) = (Instant::now(), potential);
         check_potential(body, from, theta)?;
         let mut first = from.to_vec();
@@ -189,7 +185,7 @@ impl System<'_> {
             let mut solved = at.slope.clone();
             self.back_substitute(&mut solved);
             if let Some((from, before)) = last.take() {
-                memory.extend(Pair::between(&from, &at, [&before, &solved], (self, frames)));
+                memory.extend(self.pair([&from, &at], [&before, &solved], frames));
             }
             let first = memory.0.is_empty();
             let direction = memory.applied(&at.slope, &solved, memory.scale());
@@ -229,6 +225,18 @@ impl System<'_> {
             steps,
             seconds: start.elapsed().as_secs_f64(),
         })
+    }
+
+    /// Curvature pair of a step, where the stiffness is positive along it, from the slopes `solved` at both ends.
+    fn pair(&self, [from, to]: [&At; 2], solved: [&[f64]; 2], frames: &Frames) -> Option<Pair> {
+        let moved = difference(&to.displacement, &from.displacement);
+        let step: Vec<f64> = self.sparsity.gather_along(frames, &moved).collect();
+        let change = difference(&to.slope, &from.slope);
+        let solved = difference(solved[1], solved[0]);
+        let work = dot(&step, &change);
+        let scale = work / dot(&change, &solved);
+        let curved = work > 0.0 && scale > 0.0 && scale.is_finite();
+        curved.then_some(Pair { step, change, solved, work, scale })
     }
 
     fn at(&self, displacement: Vec<f64>, potential: Potential<'_>) -> At {
@@ -373,24 +381,5 @@ impl Memory {
         }
         direction.iter_mut().for_each(|d| *d = -*d);
         direction
-    }
-}
-
-impl Pair {
-    /// Curvature pair of a step, where the stiffness is positive along it, from the slopes `solved` at both ends.
-    fn between(
-        from: &At,
-        to: &At,
-        solved: [&[f64]; 2],
-        (system, frames): (&System<'_>, &Frames),
-    ) -> Option<Self> {
-        let moved = difference(&to.displacement, &from.displacement);
-        let step: Vec<f64> = system.sparsity.gather_along(frames, &moved).collect();
-        let change = difference(&to.slope, &from.slope);
-        let solved = difference(solved[1], solved[0]);
-        let work = dot(&step, &change);
-        let scale = work / dot(&change, &solved);
-        let curved = work > 0.0 && scale > 0.0 && scale.is_finite();
-        curved.then_some(Self { step, change, solved, work, scale })
     }
 }

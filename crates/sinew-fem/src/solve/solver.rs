@@ -1,15 +1,14 @@
 //! The solver: what is prepared once per body.
 
-use crate::elements::check::{check_potential, check_pressure, check_state};
-use crate::elements::predicted::is_nearly_incompressible;
-use crate::elements::replaced::PredictedStress;
-use crate::elements::state::State;
-use crate::elements::system::{System, Unknowns};
-use crate::linear::vector::{difference, norm};
-use crate::solve::path::Path;
-use crate::solve::watch::{Log, Progress, Watch};
-use crate::{LoadSteps, Options, Solution, SolveError};
+use crate::elements::{
+    PredictedStress, State, System, Unknowns, check_potential, check_pressure, check_state,
+    is_nearly_incompressible,
+};
+use crate::linear::{difference, norm};
+use crate::solve::{Path, Progress, Watch};
+use crate::{LoadSteps, Options, Result, Solution, SolveError};
 use sinew_energy::Body;
+use std::sync::Mutex;
 use std::time::Instant;
 
 /// Largest difference of two displacements of the same equilibrium [relative to their norm]: rounding errors, amplified
@@ -51,7 +50,7 @@ const SAME: f64 = 1e-4;
 #[doc(alias("Newton-Raphson", "Newton"))]
 pub struct Solver<'p> {
     pub(crate) system: System<'p>,
-    watch: Option<Watch<'p>>,
+    pub(crate) watch: Option<Watch<'p>>,
 }
 
 impl<'p> Solver<'p> {
@@ -59,7 +58,7 @@ impl<'p> Solver<'p> {
     ///
     /// # Errors
     /// A body whose supports leave a part of it free to move.
-    pub fn new(body: &'p Body) -> Result<Self, SolveError> {
+    pub fn new(body: &'p Body) -> Result<Self> {
         System::new(body).map(Self::of)
     }
 
@@ -71,13 +70,8 @@ impl<'p> Solver<'p> {
     ///
     /// # Errors
     /// [`SolveError::OutOfMemory`].
-    pub fn fresh(&self) -> Result<Self, SolveError> {
+    pub fn fresh(&self) -> Result<Self> {
         self.system.like(self.body()).map(|system| Self { system, watch: self.watch })
-    }
-
-    /// Calls `watch` with each iterate of Newton's method in later solves.
-    pub(crate) fn watched_by(self, watch: Watch<'p>) -> Self {
-        Self { watch: Some(watch), ..self }
     }
 
     /// The body that is solved.
@@ -101,22 +95,18 @@ impl<'p> Solver<'p> {
     }
 
     /// Checks that there is a potential, and that a displacement and θ are of this body.
-    pub(crate) fn check(&self, displacement: &[f64], theta: &[f64]) -> Result<(), SolveError> {
+    pub(crate) fn check(&self, displacement: &[f64], theta: &[f64]) -> Result<()> {
         check_potential(self.body(), displacement, theta)
     }
 
     /// The unknowns at a displacement, without pressures, if it is one of this body.
-    pub(crate) fn at(&self, displacement: &[f64], theta: &[f64]) -> Result<Unknowns, SolveError> {
+    pub(crate) fn at(&self, displacement: &[f64], theta: &[f64]) -> Result<Unknowns> {
         check_state(self.body(), displacement, theta)?;
         Ok(Unknowns { displacement: displacement.to_vec(), ..self.system.rest() })
     }
 
     /// The unknowns of a solution, if it is one of this body.
-    pub(crate) fn checked(
-        &self,
-        solution: &Solution,
-        theta: &[f64],
-    ) -> Result<Unknowns, SolveError> {
+    pub(crate) fn checked(&self, solution: &Solution, theta: &[f64]) -> Result<Unknowns> {
         let Solution { displacement, pressure, .. } = solution;
         check_pressure(self.body(), pressure)?;
         Ok(Unknowns { pressure: pressure.clone(), ..self.at(displacement, theta)? })
@@ -128,7 +118,7 @@ impl<'p> Solver<'p> {
         displacement: &[f64],
         (theta, load_factor): (&[f64], f64),
         predicted: Option<&PredictedStress>,
-    ) -> Result<(), SolveError> {
+    ) -> Result<()> {
         self.check(displacement, theta)?;
         let state = State { displacement, theta, load_factor, pressure: &[] };
         let System { body, sparsity, assembly, .. } = &mut self.system;
@@ -143,7 +133,7 @@ impl<'p> Solver<'p> {
     /// # Errors
     /// θ that makes no sense, or [`SolveError::NotConverged`].
     #[doc(alias("Newton-Raphson", "line search"))]
-    pub fn solve(&mut self, theta: &[f64], options: &Options) -> Result<Solution, SolveError> {
+    pub fn solve(&mut self, theta: &[f64], options: &Options) -> Result<Solution> {
         let rest = self.system.rest();
         self.solve_told(rest, theta, options, &mut |_| ())
     }
@@ -160,7 +150,7 @@ impl<'p> Solver<'p> {
         initial: &[f64],
         theta: &[f64],
         options: &Options,
-    ) -> Result<Solution, SolveError> {
+    ) -> Result<Solution> {
         let from = self.at(initial, theta)?;
         self.solve_told(from, theta, options, &mut |_| ())
     }
@@ -174,7 +164,7 @@ impl<'p> Solver<'p> {
         near: &Solution,
         theta: &[f64],
         options: &Options,
-    ) -> Result<Solution, SolveError> {
+    ) -> Result<Solution> {
         let from = self.checked(near, theta)?;
         self.solve_told(from, theta, options, &mut |_| ())
     }
@@ -189,7 +179,7 @@ impl<'p> Solver<'p> {
         &mut self,
         solution: &Solution,
         options: &Options,
-    ) -> Result<Option<Solution>, SolveError> {
+    ) -> Result<Option<Solution>> {
         self.checked(solution, &solution.theta)?;
         let options = Options { load_steps: LoadSteps::Always, ..*options };
         let risen = self.solve(&solution.theta, &options)?;
@@ -215,7 +205,7 @@ impl<'p> Solver<'p> {
         theta: &[f64],
         options: &Options,
         watch: &mut impl FnMut(&Progress<'_>),
-    ) -> Result<Solution, SolveError> {
+    ) -> Result<Solution> {
         let rest = self.system.rest();
         self.solve_told(rest, theta, options, watch)
     }
@@ -226,15 +216,73 @@ impl<'p> Solver<'p> {
         theta: &[f64],
         options: &Options,
         tell: &mut dyn FnMut(&Progress<'_>),
-    ) -> Result<Solution, SolveError> {
+    ) -> Result<Solution> {
         let (start, watch) = (Instant::now(), self.watch);
         let mut tell = |state: &Progress<'_>| {
             watch.iter().for_each(|watch| watch(state));
             tell(state);
         };
-        let mut history = Log::watched(&mut tell);
         self.system.body.check_theta(theta)?;
-        let found = Path::to_load(&mut self.system, theta, options).run(from, &mut history)?;
-        Ok(Solution::new(&self.system, found, theta, history.take(), start))
+        let mut path = Path::to_load(&mut self.system, theta, options);
+        path.log.watch = Some(&mut tell);
+        let found = path.run(from)?;
+        let history = path.log.take();
+        Ok(Solution::new(&self.system, found, theta, history, start))
+    }
+}
+
+/// Idle solvers of a body. Every call borrows one of them, or a new one where all are at work.
+///
+/// ```
+/// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
+/// use sinew_fem::{Options, SolverPool};
+/// # let beam = Scene::new(sinew_mesh::box_tetrahedra([30.0, 10.0, 10.0], [3, 1, 1]), NeoHookean)
+/// #     .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
+/// #     .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
+/// #     .load(Load::BodyForce([0.0, 0.0, -1e-2]))
+/// #     .support(Support::clamped("x_min"))
+/// #     .lower()?;
+/// let solvers = SolverPool::new(&beam);
+/// let solve = |theta: &[f64]| solvers.with(|solver| solver.solve(theta, &Options::default()));
+/// let found = std::thread::scope(|scope| {
+///     let other = scope.spawn(|| solve(&[50.0, 90.0]));
+///     [solve(&[60.0, 80.0]), other.join().unwrap()]
+/// });
+/// assert!(found.iter().all(Result::is_ok));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct SolverPool<'b> {
+    body: &'b Body,
+    idle: Mutex<Vec<Solver<'b>>>,
+}
+
+impl<'b> SolverPool<'b> {
+    /// A pool without solvers; the first call prepares one.
+    pub fn new(body: &'b Body) -> Self {
+        Self { body, idle: Mutex::default() }
+    }
+
+    /// Adds a solver of the body.
+    pub fn add(&self, solver: Solver<'b>) {
+        self.idle.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(solver);
+    }
+
+    /// Calls `call` with a solver that no other thread has.
+    ///
+    /// # Errors
+    /// Those of `call`, and a body whose supports leave a part of it free to move.
+    pub fn with<T, E: From<SolveError>>(
+        &self,
+        call: impl FnOnce(&mut Solver<'b>) -> Result<T, E>,
+    ) -> Result<T, E> {
+        // The lock is not held during the call.
+        let taken = self.idle.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).pop();
+        let mut solver = match taken {
+            Some(solver) => solver,
+            None => Solver::new(self.body)?,
+        };
+        let called = call(&mut solver);
+        self.add(solver);
+        called
     }
 }

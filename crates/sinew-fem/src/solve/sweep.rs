@@ -1,13 +1,12 @@
-//! Many θ of one body.
+//! Many θ of one body: in nearest-neighbour order, or along a path.
 
-use crate::solve::order::neighbours;
-use crate::{LoadSteps, Options, Progress, Solution, SolveError, Solver, Stop};
+use crate::{LoadSteps, Options, Progress, Result, Solution, SolveError, Solver, Stop};
 use rayon::prelude::*;
 use sinew_energy::Body;
+use sinew_mesh::extents;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
-use thiserror::Error;
 
 /// Samples that are solved one after the other, each from its predecessor. The partition depends on nothing
 /// else, so results do not depend on the number of threads.
@@ -23,67 +22,14 @@ const DIFFERENCE: f64 = 1e-2;
 const STEPS: usize = 8;
 const ENOUGH: f64 = 1e-6;
 
-/// The outcome of a sweep.
-#[derive(Clone, Debug)]
-pub struct Sweep {
-    /// The samples.
-    pub thetas: Vec<Vec<f64>>,
-    /// One result per θ, in the order they were given.
-    pub results: Vec<Result<Solution, SolveError>>,
-}
-
-/// A sweep in which samples failed.
-#[derive(Clone, Debug, Error)]
-#[error(
-    "{failed} of {count} samples failed; the first, sample {index} with theta = ({}): {source}",
-    sinew_energy::listed(theta)
-)]
-pub struct SweepError {
-    /// Number of failed samples.
-    pub failed: usize,
-    /// Number of samples.
-    pub count: usize,
-    /// Index of the first failed sample.
-    pub index: usize,
-    /// θ of that sample.
-    pub theta: Vec<f64>,
-    /// Why it failed.
-    pub source: SolveError,
-}
-
-impl Sweep {
-    /// All solutions.
-    ///
-    /// # Errors
-    /// The first failure; [`Sweep::results`] still holds what succeeded.
-    pub fn solutions(&self) -> Result<Vec<&Solution>, SweepError> {
-        let failures = self.results.iter().enumerate();
-        let mut failures = failures.filter_map(|(i, r)| r.as_ref().err().map(|e| (i, e)));
-        let Some((index, source)) = failures.next() else {
-            return Ok(self.results.iter().flatten().collect());
-        };
-        Err(SweepError {
-            failed: 1 + failures.count(),
-            count: self.results.len(),
-            index,
-            theta: self.thetas.get(index).cloned().unwrap_or_default(),
-            source: source.clone(),
-        })
-    }
-
-    /// Indices of the solutions whose search met an indefinite stiffness, and of those that began at such a solution: neighbouring
-    /// samples may be on different branches of stable equilibria. Check them by [`Solver::under_rising_load`].
-    pub fn jumped(&self) -> Vec<usize> {
-        let jumped = |result: &Result<Solution, _>| result.as_ref().is_ok_and(|s| s.jumped);
-        self.results.iter().enumerate().filter(|(_, r)| jumped(r)).map(|(index, _)| index).collect()
-    }
-}
-
-/// Equilibria for many θ, in parallel.
+/// Equilibria for many θ, in parallel: a result for each, in the order they were given.
 ///
 /// The samples are put in nearest-neighbour order (in the logarithm of positive entries) and cut into chains; within
 /// a chain each solve starts from its predecessor's solution, moved along its derivative in θ and by some steps with its stiffness. Results are
 /// the same for any number of threads. `progress` is called after each sample.
+///
+/// [`Solution::jumped`] marks solutions whose search met an indefinite stiffness, and those that began at such a solution: neighbouring
+/// samples may be on different branches of stable equilibria. Check them by [`Solver::under_rising_load`].
 ///
 /// # Errors
 /// A body that cannot be solved for any θ, see [`Solver::new`]; failures of single samples are in the results.
@@ -93,7 +39,7 @@ pub fn sweep(
     thetas: &[Vec<f64>],
     options: &Options,
     progress: impl Fn() + Sync,
-) -> Result<Sweep, SolveError> {
+) -> Result<Vec<Result<Solution>>> {
     let found = Mutex::new(Vec::with_capacity(thetas.len()));
     let each = |index, result| {
         found.lock().unwrap_or_else(PoisonError::into_inner).push((index, result));
@@ -103,8 +49,7 @@ pub fn sweep(
     resume_sweep(body, thetas, &[], options, each, |_| ())?;
     let mut found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
     found.sort_by_key(|&(index, _)| index);
-    let results = found.into_iter().map(|(_, result)| result).collect();
-    Ok(Sweep { thetas: thetas.to_vec(), results })
+    Ok(found.into_iter().map(|(_, result)| result).collect())
 }
 
 /// Earlier result of a sample, from a sweep that was stopped.
@@ -129,12 +74,12 @@ pub fn resume_sweep(
     thetas: &[Vec<f64>],
     earlier: &[Option<Earlier>],
     options: &Options,
-    each: impl Fn(usize, Result<Solution, SolveError>) -> ControlFlow<()> + Sync,
+    each: impl Fn(usize, Result<Solution>) -> ControlFlow<()> + Sync,
     watch: impl Fn(&Progress<'_>) + Sync,
-) -> Result<(), SolveError> {
-    let solver = Solver::new(body)?.watched_by(&watch);
+) -> Result<()> {
+    let solver = Solver { watch: Some(&watch), ..Solver::new(body)? };
     let (path, stopped) = (neighbours(thetas), AtomicBool::new(false));
-    let solve_chain = |chain: &[usize]| -> Result<(), SolveError> {
+    let solve_chain = |chain: &[usize]| -> Result<()> {
         let (mut solver, mut last, mut before) = (solver.fresh()?, None::<Solution>, None);
         for &index in chain {
             if let Some(Some(known)) = earlier.get(index) {
@@ -172,7 +117,7 @@ impl Solver<'_> {
         near: &Solution,
         theta: &[f64],
         options: &Options,
-    ) -> Result<Solution, SolveError> {
+    ) -> Result<Solution> {
         if !near.has_potential {
             return self.solve_near(near, theta, options);
         }
@@ -209,4 +154,192 @@ impl Solver<'_> {
 /// Change from `a` to `b` to first order in the logarithm of positive numbers.
 fn tangent_step(a: f64, b: f64) -> f64 {
     if a > 0.0 && b > 0.0 { a * (b / a).ln() } else { b - a }
+}
+
+/// Nearest-neighbour order of parameter sets, from the first one; distances are in the logarithms of positive entries.
+pub fn neighbours(thetas: &[Vec<f64>]) -> Vec<usize> {
+    nearest_neighbour_path(&log_coordinates(thetas))
+}
+
+/// Entries of θ as coordinates: the logarithm where a column is positive, scaled to [0, 1].
+fn log_coordinates(thetas: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let width = thetas.iter().map(Vec::len).max().unwrap_or(0);
+    let mut coordinates = vec![vec![0.0; width]; thetas.len()];
+    for column in 0..width {
+        let entry = |row: &Vec<f64>| row.get(column).copied().unwrap_or(f64::NAN);
+        let positive = thetas.iter().all(|row| entry(row) > 0.0);
+        let value = |row: &Vec<f64>| if positive { entry(row).ln() } else { entry(row) };
+        let finite = || thetas.iter().map(value).filter(|x| x.is_finite());
+        let least = finite().fold(f64::INFINITY, f64::min);
+        let most = finite().fold(f64::NEG_INFINITY, f64::max);
+        let range = if most > least { most - least } else { 1.0 };
+        for (row, theta) in coordinates.iter_mut().zip(thetas) {
+            let x = (value(theta) - least) / range;
+            // Samples without a sensible value are refused later; they need a place until then.
+            row[column] = if x.is_finite() { x } else { 0.0 };
+        }
+    }
+    coordinates
+}
+
+/// Starts at the first point and goes on to the nearest unvisited one, the first of equals.
+fn nearest_neighbour_path(points: &[Vec<f64>]) -> Vec<usize> {
+    let mut left: Vec<_> = (0..points.len()).collect();
+    let mut path = Vec::with_capacity(points.len());
+    let mut current = 0;
+    loop {
+        let distance = |&index: &usize| -> f64 {
+            points[current].iter().zip(&points[index]).map(|(a, b)| (a - b) * (a - b)).sum()
+        };
+        let distances = left.iter().map(distance).enumerate();
+        let Some((place, _)) = distances.min_by(|a, b| a.1.total_cmp(&b.1)) else { return path };
+        current = left.remove(place);
+        path.push(current);
+    }
+}
+
+/// Most halvings of the step between two θ before the path ends: its end is known to a thousandth of that step.
+const MOST_HALVINGS: usize = 10;
+
+/// Equilibria along a path, as far as it goes.
+#[derive(Clone, Debug)]
+pub struct Trace {
+    /// Equilibria up to the end of the path, in the order of the given parameters.
+    pub solutions: Vec<Solution>,
+    /// End of the path, if it was before the last θ.
+    pub end: Option<TraceEnd>,
+}
+
+/// End of a path before the last θ: at a limit point, a bifurcation, or where nothing is found.
+#[derive(Clone, Debug)]
+pub struct TraceEnd {
+    /// Last parameters with an equilibrium on the path.
+    pub reached: Vec<f64>,
+    /// Nearest parameters without an equilibrium on the path.
+    pub beyond: Vec<f64>,
+    /// Error of the solver there; `None` where it found an equilibrium on another branch only.
+    pub error: Option<SolveError>,
+}
+
+/// Largest change of the displacement per change of θ, relative to that of the step before, that counts as the same branch. Towards a limit point
+/// it grows as the inverse root of the distance: 2.4-fold from one step to the next of its length, 4-fold to one of an eighth.
+const GROWTH: f64 = 4.0;
+
+/// Change of the displacement from one θ to the next [relative to the longest edge of the box around the body] below which nothing has snapped.
+const NO_SNAP: f64 = 1e-3;
+
+/// Part of the first step over which the first rate is measured.
+const PROBE: f64 = 1.0 / 64.0;
+
+impl Solver<'_> {
+    /// Equilibria at each of `thetas`, each found from the one before, the first under a load that rises from rest. Where the next is not found at
+    /// once, the way to it is halved; the path ends where no such step remains on its branch. `progress` is called after each.
+    ///
+    /// ```
+    /// use sinew_energy::{Load, Magnitude, Parameter, Scene, Support, laws::NeoHookean};
+    /// use sinew_fem::{Options, Solver};
+    /// use sinew_mesh::TruncatedEllipsoid;
+    ///
+    /// let body = Scene::new(TruncatedEllipsoid::LAND.wall([1, 16, 8]).tetrahedra(), NeoHookean)
+    ///     .parameter(Parameter::log("mu", "kPa", 1.0..=10.0))
+    ///     .parameter(Parameter::log("lambda", "kPa", 1.0..=10.0))
+    ///     .parameter(Parameter::linear("p", "kPa", 0.0..=2.0))
+    ///     .load(Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(2) })
+    ///     .support(Support::clamped("base"))
+    ///     .lower()?;
+    /// let thetas: Vec<_> = (0..=4).map(|frame| vec![5.0, 8.0, 0.2 * f64::from(frame)]).collect();
+    /// let trace = Solver::new(&body)?.trace(&thetas, &Options::default(), || {})?;
+    /// let volumes: Vec<f64> =
+    ///     trace.solutions.iter().map(|s| body.cavity_volumes(&s.displacement)[0]).collect();
+    /// assert!(trace.end.is_none() && volumes.is_sorted() && volumes[4] > 1.1 * volumes[0]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// No θ, θ that makes no sense, or no equilibrium at the first one.
+    pub fn trace(
+        &mut self,
+        thetas: &[Vec<f64>],
+        options: &Options,
+        mut progress: impl FnMut(),
+    ) -> Result<Trace> {
+        thetas.iter().try_for_each(|theta| self.system.body.check_theta(theta))?;
+        let risen = Options { load_steps: LoadSteps::Always, ..*options };
+        // Never from rest again.
+        let iterations = options.iterations_per_load.min(options.iterations);
+        let near = Options { load_steps: LoadSteps::WhenNeeded, iterations, ..*options };
+        let least = NO_SNAP * extents(&self.system.body.positions).into_iter().fold(0.0, f64::max);
+        let Some(first) = thetas.first() else {
+            return Err(SolveError::Line { problem: "it has no point" });
+        };
+        let last = self.solve(first, &risen)?;
+        let mut follower = Follower { solver: self, options: near, last, rate: least, least };
+        let mut solutions = vec![follower.last.clone()];
+        progress();
+        if let [from, to, ..] = thetas {
+            // Where even this is not found, the way is halved further.
+            let probe = between(from, to, PROBE);
+            if let Ok(found) = follower.solver.solve_near(&follower.last, &probe, &near) {
+                follower.rate = follower.moved(&found) / PROBE;
+            }
+        }
+        for pair in thetas.windows(2) {
+            if let Err(end) = follower.advance([&pair[0], &pair[1]], 1.0, MOST_HALVINGS) {
+                return Ok(Trace { solutions, end: Some(end) });
+            }
+            solutions.push(follower.last.clone());
+            progress();
+        }
+        Ok(Trace { solutions, end: None })
+    }
+}
+
+/// State of a trace.
+struct Follower<'a, 'p> {
+    solver: &'a mut Solver<'p>,
+    options: Options,
+    last: Solution,
+    /// Largest change of a component of the displacement over the last step, per way from one θ to the next \[length\].
+    rate: f64,
+    /// Least rate for the test of the branch \[length\].
+    least: f64,
+}
+
+impl Follower<'_, '_> {
+    /// Largest change of a component of the displacement from the last equilibrium \[length\].
+    fn moved(&self, to: &Solution) -> f64 {
+        let [from, to] = [&self.last, to].map(|solution| &solution.displacement);
+        from.iter().zip(to).map(|(a, b)| (b - a).abs()).fold(0.0, f64::max)
+    }
+
+    /// Goes from one θ to another, `part` of a whole step.
+    fn advance(
+        &mut self,
+        [from, to]: [&[f64]; 2],
+        part: f64,
+        halvings: usize,
+    ) -> Result<(), TraceEnd> {
+        let error = match self.solver.solve_near(&self.last, to, &self.options) {
+            Ok(found) => {
+                let rate = self.moved(&found) / part;
+                let same_branch = !found.has_potential || !found.jumped && found.is_stable();
+                if same_branch && rate <= GROWTH * self.rate.max(self.least) {
+                    (self.last, self.rate) = (found, rate);
+                    return Ok(());
+                }
+                None
+            }
+            Err(error) => Some(error),
+        };
+        if halvings == 0 {
+            return Err(TraceEnd { reached: from.to_vec(), beyond: to.to_vec(), error });
+        }
+        let half = between(from, to, 0.5);
+        self.advance([from, &half], 0.5 * part, halvings - 1)?;
+        self.advance([&half, to], 0.5 * part, halvings - 1)
+    }
+}
+
+fn between(from: &[f64], to: &[f64], part: f64) -> Vec<f64> {
+    from.iter().zip(to).map(|(a, b)| a + part * (b - a)).collect()
 }

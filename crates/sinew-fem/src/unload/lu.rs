@@ -3,8 +3,8 @@
 //! Columns of one structure are eliminated together, with partial pivoting among their rows (Duff, Erisman & Reid, *Direct Methods for Sparse
 //! Matrices*, 10.5). Order and structure are those of the stiffness' Cholesky factor.
 
-use crate::linear::factor::Factor;
-use crate::linear::sparsity::Sparsity;
+use crate::elements::turn_square;
+use crate::linear::{Factor, Sparsity};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::linalg::matmul::matmul;
@@ -60,7 +60,8 @@ struct Block {
     order: [Vec<usize>; 2],
 }
 
-/// A factor of an unsymmetric matrix.
+/// A factor of an unsymmetric matrix; a clone shares what was factorised last until it factorises itself.
+#[derive(Clone)]
 pub(super) struct Lu {
     fronts: Arc<Vec<Front>>,
     blocks: Arc<Vec<Block>>,
@@ -72,11 +73,6 @@ impl Lu {
         let fronts = symmetric.supernodes().into_iter();
         let fronts = fronts.map(|(own, below)| Front { own, later: below.to_vec() }).collect();
         Self { fronts: Arc::new(fronts), blocks: Arc::default() }
-    }
-
-    /// Another one, which shares what was factorised last until it factorises itself.
-    pub(super) fn fresh(&self) -> Self {
-        Self { fronts: self.fronts.clone(), blocks: self.blocks.clone() }
     }
 
     /// Whether something was factorised.
@@ -185,13 +181,36 @@ impl Block {
         let order = PermRef::new_checked(&self.order[0], &self.order[1], own);
         let scratch = solve::solve_in_place_scratch::<usize, f64>(own, right.ncols(), Par::Seq);
         let mut memory = MemBuffer::new(scratch);
-        solve::solve_in_place(
-            triangles,
-            triangles,
-            order,
-            right,
-            Par::Seq,
-            MemStack::new(&mut memory),
-        );
+        let stack = MemStack::new(&mut memory);
+        solve::solve_in_place(triangles, triangles, order, right, Par::Seq, stack);
+    }
+}
+
+impl Entries {
+    /// Adds a square matrix over the Cartesian components of some nodes, row by row; `places` are those of the sparsity, if it has
+    /// them for these nodes, else they are looked up.
+    pub(super) fn add(
+        &mut self,
+        sparsity: &Sparsity,
+        nodes: &[usize],
+        places: Option<&[u32]>,
+        matrix: &mut [f64],
+    ) {
+        turn_square(&sparsity.frames, nodes, matrix);
+        let size = 3 * nodes.len();
+        let unknown = |local: usize| sparsity.unknown(3 * nodes[local / 3] + local % 3);
+        for row in 0..size {
+            for column in 0..=row {
+                let (Some(r), Some(c)) = (unknown(row), unknown(column)) else { continue };
+                let slot = match places {
+                    Some(places) => places[row * (row + 1) / 2 + column] as usize,
+                    None => sparsity.slot(r, c),
+                };
+                let (direct, mirrored) = (matrix[row * size + column], matrix[column * size + row]);
+                let (lower, upper) = if r >= c { (direct, mirrored) } else { (mirrored, direct) };
+                self.lower[slot] += lower;
+                self.upper[slot] += upper;
+            }
+        }
     }
 }

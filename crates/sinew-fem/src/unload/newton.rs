@@ -1,15 +1,11 @@
 //! Newton's method on the positions at rest, and load steps where it fails.
 
-use super::error::UnloadError;
 use super::lu::Entries;
-use super::options::UnloadOptions;
-use super::state::{Level, Trial};
-use super::unloaded::volume_ratios;
-use super::{Image, Unload};
 use crate::CellValue;
-use crate::elements::supports::place;
-use crate::linear::gmres::gmres;
-use crate::linear::vector::{difference, norm};
+use crate::elements::place;
+use crate::linear::{difference, gmres, norm};
+use crate::unload::state::{Level, Trial, UnloadOptions, volume_ratios};
+use crate::unload::{Image, Result, Unload, UnloadError};
 
 /// Unbalanced forces \[relative to loads and reactions\] that are at their floor.
 const BALANCED: f64 = 1e-14;
@@ -48,7 +44,7 @@ impl Unload<'_> {
         theta: &[f64],
         options: &UnloadOptions,
         iterations: &mut usize,
-    ) -> Result<(Trial, usize), UnloadError> {
+    ) -> Result<(Trial, usize)> {
         let stressing = self.image.system.stressing_entries(theta);
         let level = |factor: f64| {
             let mut theta = theta.to_vec();

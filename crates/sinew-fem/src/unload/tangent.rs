@@ -1,12 +1,10 @@
 //! The derivative of the balance of the image in the positions at rest.
 
-use super::image::Image;
 use super::lu::Entries;
-use super::point::PointRate;
-use super::state::{Level, Trial};
-use crate::linear::sparsity::Sparsity;
+use crate::linear::Sparsity;
+use crate::unload::state::{Image, Level, PointRate, Trial};
 use rayon::prelude::*;
-use sinew_energy::{PressureForm, PressureSurface, ReferenceSurface, SurfaceResponse};
+use sinew_energy::{Body, PressureForm, PressureSurface, ReferenceSurface, SurfaceResponse};
 use sinew_num::{Scalar, Slope, cross, dot3};
 
 /// Number of cells that are computed on all threads before they are added.
@@ -98,11 +96,12 @@ impl Image<'_> {
             let places = matrix.map(|matrix| sparsity.cells.of(matrix));
             tangent.add(sparsity, block, places, motion);
         };
-        let body = self.system.body;
+        let (body, carries) = (self.system.body, self.carries());
+        let at = At { body, trial, level, carries };
         let matrices = if body.patches.is_empty() { body.cell_count() } else { body.patches.len() };
         let of_matrix = |index: usize| match sparsity.patches.get(index) {
-            Some(nodes) => self.of_patch(trial, level, &body.patches[index], nodes),
-            None => self.of_cell(trial, level, index, body.nodes_of_cell(index)),
+            Some(nodes) => at.patch(&body.patches[index], nodes),
+            None => at.cell(index, body.nodes_of_cell(index)),
         };
         for first in (0..matrices).step_by(AT_ONCE) {
             // On all threads, then added one after the other: numbers do not depend on the count of threads.
@@ -112,7 +111,7 @@ impl Image<'_> {
         }
         for surface in &body.reference_loads.surfaces {
             for facet in surface.facets() {
-                add(of_facet(surface, facet, trial, level), None);
+                add(at.facet(surface, facet), None);
             }
         }
         let thesis = |p: &&PressureSurface| p.triangles == Some(PressureForm::Thesis);
@@ -124,39 +123,40 @@ impl Image<'_> {
         }
         Some(tangent)
     }
+}
 
-    fn of_cell<'n>(
-        &self,
-        trial: &Trial,
-        level: &Level,
-        cell: usize,
-        nodes: &'n [usize],
-    ) -> Option<Block<'n>> {
-        let (body, rest) = (self.system.body, &trial.rest);
+/// The state at which the derivative is taken.
+struct At<'a> {
+    /// Image.
+    body: &'a Body,
+    trial: &'a Trial,
+    level: &'a Level,
+    /// Whether material directions move with the body.
+    carries: bool,
+}
+
+impl At<'_> {
+    fn cell<'n>(&self, cell: usize, nodes: &'n [usize]) -> Option<Block<'n>> {
+        let Self { body, trial, level, carries } = *self;
+        let rest = &trial.rest;
         let parameters = rest.law_parameters(&level.theta);
         let mut block = Block::new(nodes);
         let local: Vec<_> = (0..nodes.len()).collect();
         let first = cell * body.points_per_cell;
         for point in first..first + body.points_per_cell {
             let h = rest.displacement_gradient(point, &trial.displacement);
-            let rate = PointRate::new(rest, point, parameters, [&h, &h], self.carries())?;
+            let rate = PointRate::new(rest, point, parameters, [&h, &h], carries)?;
             let (shape, volume) = (body.shape_of_point(point), rest.volumes[point]);
             block.add_point(&local, shape, volume, &rate.with_volume(0.0));
-            self.add_body_force(&mut block, &local, point, level.factor * volume, &rate);
+            self.add_force(&mut block, &local, point, &rate);
         }
         Some(block)
     }
 
     /// The body force on a cell grows with its volume at rest.
-    fn add_body_force(
-        &self,
-        block: &mut Block<'_>,
-        local: &[usize],
-        point: usize,
-        weight: f64,
-        rate: &PointRate,
-    ) {
-        let (body, loads) = (self.system.body, &self.system.body.reference_loads);
+    fn add_force(&self, block: &mut Block<'_>, local: &[usize], point: usize, rate: &PointRate) {
+        let (body, loads) = (self.body, &self.body.reference_loads);
+        let weight = self.level.factor * self.trial.rest.volumes[point];
         if loads.body_force == [0.0; 3] {
             return;
         }
@@ -171,14 +171,9 @@ impl Image<'_> {
 
     /// Points of one mean volume ratio J̄: with F̄ = eˢ F and s = ⅓ ln J̄/J forces are those of `V dev τ̄ + v π I`, where
     /// π = Σ ⅓V tr τ̄ / Σv. What they have in common are β = δ ln J̄ = −Σ V tr D / ΣV and δπ.
-    fn of_patch<'n>(
-        &self,
-        trial: &Trial,
-        level: &Level,
-        points: &[usize],
-        nodes: &'n [usize],
-    ) -> Option<Block<'n>> {
-        let (body, rest) = (self.system.body, &trial.rest);
+    fn patch<'n>(&self, points: &[usize], nodes: &'n [usize]) -> Option<Block<'n>> {
+        let Self { body, trial, level, carries } = *self;
+        let rest = &trial.rest;
         let parameters = rest.law_parameters(&level.theta);
         let kinematics = rest.patch_kinematics(points, &trial.displacement)?;
         let mut block = Block::new(nodes);
@@ -192,7 +187,7 @@ impl Image<'_> {
         };
         for (at, &point) in points.iter().enumerate() {
             let (h, scaled) = (&kinematics.gradients[at], &kinematics.scaled[at]);
-            let rate = PointRate::new(rest, point, parameters, [h, scaled], self.carries())?;
+            let rate = PointRate::new(rest, point, parameters, [h, scaled], carries)?;
             let (shape, volume, local) =
                 (body.shape_of_point(point), rest.volumes[point], places(point));
             let mut whole = rate.with_volume(1.0 / 3.0);
@@ -202,8 +197,7 @@ impl Image<'_> {
                 whole[row].iter_mut().zip(&third).for_each(|(entry, mean)| *entry -= mean);
             }
             block.add_point(&local, shape, volume, &whole);
-            let weight = level.factor * volume;
-            self.add_body_force(&mut block, &local, point, weight, &rate);
+            self.add_force(&mut block, &local, point, &rate);
             add_gradient(&mut mean, &local, shape, -volume / kinematics.volume, &rate.trace);
             add_gradient(&mut pressure, &local, shape, volume / now, &third);
             let trace = rate.by_scale.trace() / 3.0;
@@ -220,6 +214,45 @@ impl Image<'_> {
         block.add_product(&by_mean, &mean);
         block.add_product(&by_pressure, &pressure);
         Some(block)
+    }
+
+    /// The dead traction and the springs of a facet, whose area and normal change.
+    fn facet<'n>(&self, surface: &ReferenceSurface, facet: &'n [usize]) -> Block<'n> {
+        let Self { trial, level, .. } = *self;
+        let mut block = Block::new(facet);
+        let size = block.size();
+        for point in &surface.rule.points {
+            let [s, t] = surface.tangents(facet, point, &trial.rest.positions);
+            let normal = cross(&s, &t);
+            if dot3(&normal, &normal) == 0.0 {
+                continue;
+            }
+            for (a, &node) in facet.iter().enumerate() {
+                let u = std::array::from_fn(|i| trial.displacement[3 * node + i]);
+                // Force per area of the reference element, with derivatives in both tangents and the displacement.
+                let [s, t, u] = [(s, 0), (t, 3), (u, 6)].map(|(vector, first): ([f64; 3], _)| {
+                    [0, 1, 2].map(|i| Slope::<9>::variable(vector[i], first + i))
+                });
+                let normal = cross(&s, &t);
+                let area = (dot3(&normal, &normal).ln() * 0.5).exp();
+                let along = dot3(&normal, &u) / area * (surface.normal - surface.tangential);
+                for i in 0..3 {
+                    let traction = -level.factor * surface.traction[i];
+                    let force = area * (u[i] * surface.tangential + traction) + along * normal[i];
+                    for column in 0..size {
+                        let (b, k) = (column / 3, column % 3);
+                        let across =
+                            if surface.rule.dimension == 2 { 0.0 } else { point.slope[1][b] };
+                        let own = if a == b { force.gradient[6 + k] } else { 0.0 };
+                        let moved =
+                            point.slope[0][b] * force.gradient[k] + across * force.gradient[3 + k];
+                        let weight = point.weight * point.shape[a];
+                        block.values[(3 * a + i) * size + column] += weight * (moved - own);
+                    }
+                }
+            }
+        }
+        block
     }
 }
 
@@ -242,48 +275,6 @@ impl Tangent {
         }
         self.entries.add(sparsity, block.nodes, places, &mut block.values);
     }
-}
-
-/// The dead traction and the springs of a facet, whose area and normal change.
-fn of_facet<'n>(
-    surface: &ReferenceSurface,
-    facet: &'n [usize],
-    trial: &Trial,
-    level: &Level,
-) -> Block<'n> {
-    let mut block = Block::new(facet);
-    let size = block.size();
-    for point in &surface.rule.points {
-        let [s, t] = surface.tangents(facet, point, &trial.rest.positions);
-        let normal = cross(&s, &t);
-        if dot3(&normal, &normal) == 0.0 {
-            continue;
-        }
-        for (a, &node) in facet.iter().enumerate() {
-            let u = std::array::from_fn(|i| trial.displacement[3 * node + i]);
-            // Force per area of the reference element, with derivatives in both tangents and the displacement.
-            let [s, t, u] = [(s, 0), (t, 3), (u, 6)].map(|(vector, first): ([f64; 3], _)| {
-                [0, 1, 2].map(|i| Slope::<9>::variable(vector[i], first + i))
-            });
-            let normal = cross(&s, &t);
-            let area = (dot3(&normal, &normal).ln() * 0.5).exp();
-            let along = dot3(&normal, &u) / area * (surface.normal - surface.tangential);
-            for i in 0..3 {
-                let traction = -level.factor * surface.traction[i];
-                let force = area * (u[i] * surface.tangential + traction) + along * normal[i];
-                for column in 0..size {
-                    let (b, k) = (column / 3, column % 3);
-                    let across = if surface.rule.dimension == 2 { 0.0 } else { point.slope[1][b] };
-                    let own = if a == b { force.gradient[6 + k] } else { 0.0 };
-                    let moved =
-                        point.slope[0][b] * force.gradient[k] + across * force.gradient[3 + k];
-                    let weight = point.weight * point.shape[a];
-                    block.values[(3 * a + i) * size + column] += weight * (moved - own);
-                }
-            }
-        }
-    }
-    block
 }
 
 /// Pressure by the thesis' formula. At a fixed current position it is linear in the displacement, so that a difference

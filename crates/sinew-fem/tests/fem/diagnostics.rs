@@ -43,14 +43,21 @@ fn every_iteration_is_handed_out_with_its_state() {
     let solution = solver
         .solve_watched(&THETA, &Options::default(), &mut |progress| {
             let energy = potential.value(progress.displacement, &THETA);
-            assert!((energy - progress.energy).abs() <= 1e-9 * energy.abs().max(1.0));
+            assert!((energy - progress.iteration.energy).abs() <= 1e-9 * energy.abs().max(1.0));
             let free = potential.free_degrees_of_freedom();
             let squares = free.iter().map(|&i| progress.forces[i].powi(2)).sum::<f64>();
-            assert!((squares.sqrt() - progress.residual).abs() <= 1e-12 * progress.residual);
+            assert!(
+                (squares.sqrt() - progress.iteration.residual).abs()
+                    <= 1e-12 * progress.iteration.residual
+            );
             last = progress.displacement.to_vec();
-            seen.push((progress.residual, progress.tolerance, progress.least_volume_ratio));
+            seen.push((
+                progress.iteration.residual,
+                progress.iteration.tolerance,
+                progress.iteration.least_volume_ratio,
+            ));
             assert_eq!(seen.len(), progress.number + 1);
-            assert_eq!(progress.step > 0.0, progress.number > 0);
+            assert_eq!(progress.iteration.step > 0.0, progress.number > 0);
         })
         .unwrap();
     let recorded = solution.history.iterations.iter();
@@ -68,7 +75,7 @@ fn a_balance_is_watched_as_well() {
     let mut residuals = Vec::new();
     let solution = Solver::new(&body)
         .unwrap()
-        .solve_watched(&THETA, &Options::default(), &mut |p| residuals.push(p.residual))
+        .solve_watched(&THETA, &Options::default(), &mut |p| residuals.push(p.iteration.residual))
         .unwrap();
     let recorded: Vec<_> = solution.history.iterations.iter().map(|i| i.residual).collect();
     assert_eq!(residuals, recorded);

@@ -4,14 +4,14 @@
 
 #[path = "../../src/linear/aggregation/blocks.rs"]
 mod blocks;
-#[path = "../../src/linear/conjugate_gradients.rs"]
-mod conjugate_gradients;
 #[path = "../../src/elements/convex.rs"]
 mod convex;
-#[path = "../../src/linear/gmres.rs"]
-mod gmres;
+#[path = "../../src/linear/krylov.rs"]
+mod krylov;
 #[path = "../../src/linear/vector.rs"]
 mod vector;
+
+pub(crate) use vector::{add, difference, dot, norm, relative};
 
 mod of_vectors {
     use super::vector::norm;
@@ -30,7 +30,7 @@ mod of_vectors {
 }
 
 mod of_gmres {
-    use super::gmres::gmres;
+    use super::krylov::gmres;
 
     /// A convection–diffusion matrix, far from symmetric.
     fn apply(x: &[f64], y: &mut [f64]) {
@@ -74,7 +74,7 @@ mod of_gmres {
 }
 
 mod of_conjugate_gradients {
-    use super::conjugate_gradients::{End, conjugate_gradients};
+    use super::krylov::{End, conjugate_gradients};
 
     fn solve(diagonal: &[f64], right: &[f64], most: usize) -> (Vec<f64>, usize, End) {
         let apply = |x: &[f64], y: &mut [f64]| {

@@ -47,7 +47,7 @@ pub(crate) fn check(name: &str, mut unload: Unload<'_>, theta: &[f64]) -> Unload
             let mut theta = theta.to_vec();
             theta[index] += sign * step;
             let options = UnloadOptions { load: None, ..UnloadOptions::default() };
-            unload.solve_from(&unloaded, &theta, &options).unwrap().motion
+            unload.solve_near(&unloaded.motion, &theta, &options).unwrap().motion
         };
         let [a, b, c, d] = [2.0, 1.0, -1.0, -2.0].map(&mut at);
         let largest = slope.iter().fold(0.0, |most: f64, s| most.max(s.abs()));

@@ -35,7 +35,8 @@ pub(crate) fn compare(beam: &Beam, body: &Body, times: [f64; 3]) -> Result<Found
         cold.push(solver.solve(theta, &Options::default())?.displacement);
     }
     let swept = sweep(body, &thetas, &Options::default(), || ())?;
-    let warm = swept.solutions()?.iter().map(|solution| solution.displacement.clone()).collect();
+    let warm =
+        swept.into_iter().map(|solution| Ok(solution?.displacement)).collect::<Result<_>>()?;
     let quadratic = array("p2_displacement", beam.fixture.quadratic)?.concat();
     let centre = thetas.iter().position(|theta| theta == &[75.0, 75.0]);
     let centre = centre.context("fixtures/beam holds no solution at mu = lambda = 75 kPa")?;

@@ -29,7 +29,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let solved = |design: Design, count: usize| -> Result<_> {
         let thetas = design.sample(&body.parameters, count, 77)?;
         let solved = sweep(&body, &thetas, &Options::default(), || ())?;
-        let fields: Vec<_> = solved.solutions()?.iter().map(|s| s.displacement.clone()).collect();
+        let fields = solved.into_iter().map(|s| Ok(s?.displacement)).collect::<Result<Vec<_>>>()?;
         Ok((thetas, fields))
     };
     let (tested, truths) = solved(Design::Uniform, sets)?;

@@ -128,7 +128,7 @@ fn measure(body: &Body, (sets, accuracy, solved): (usize, f64, usize)) -> Result
             _ => missed += 1,
         }
     }
-    for (truth, answer) in found.results.iter().zip(&answers.answers) {
+    for (truth, answer) in found.iter().zip(&answers.answers) {
         let (Ok(truth), Ok(answer)) = (truth, answer) else { continue };
         let apart = truth.displacement.iter().zip(&answer.displacement).map(|(a, b)| a - b);
         let apart: Vec<f64> = apart.collect();

@@ -38,7 +38,7 @@ pub(super) fn run(rivals: bool) -> Result<()> {
             let neighbour: Vec<f64> = theta.iter().zip(signs).map(|(t, s)| t * s).collect();
             let options = UnloadOptions { load: None, ..UnloadOptions::default() };
             let start = cpu();
-            let warm = unload.solve_from(&unloaded, &neighbour, &options)?;
+            let warm = unload.solve_near(&unloaded.motion, &neighbour, &options)?;
             let seconds = cpu() - start;
             println!("  a neighbour from there: {} systems, {seconds:.2} s", warm.iterations);
             for (name, rausch) in

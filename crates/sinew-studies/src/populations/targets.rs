@@ -1,9 +1,9 @@
 //! Targets of the learning.
 
 use super::simulated::Simulated;
+use super::size::SizeRegression;
 use super::variant::Inputs;
 use anyhow::Result;
-use sinew_emulate::SizeRegression;
 
 /// Targets: displacements relative to their size over some inputs, or the error of a known approximation relative to the size of that.
 pub(super) struct Targets(Option<(SizeRegression, Inputs)>);

@@ -6,6 +6,7 @@ use sinew_studies::populations::options::Options;
 use sinew_studies::populations::run::reproduce;
 
 mod parts;
+mod size;
 mod verdict;
 
 #[test]

@@ -161,7 +161,7 @@ impl Training {
     /// Trains by the recipe; `auto` is regression in a build without networks.
     ///
     /// # Errors
-    /// As [`sinew_emulate::train`], and recipes of networks in such a build.
+    /// As [`sinew_emulate::Train::train`], and recipes of networks in such a build.
     pub fn train<'b>(
         &self,
         body: &'b Body,

@@ -190,7 +190,7 @@ fn right(viewer: &Viewer) -> usize {
 
 /// The page's numbers and its script predict what the emulator does, and its error is right.
 fn check_page(viewer: &Viewer, emulator: &Emulator<'_>) {
-    assert!(emulator.regression().is_some(), "{}", emulator.record.about);
+    assert!(emulator.predictor.regression().is_some(), "{}", emulator.record.about);
     assert!(right(viewer) >= 90, "{:?}", viewer.facts);
     let distance = distance_of_numbers(viewer, emulator);
     assert!(distance < ROUNDING, "{distance:e}");
@@ -286,17 +286,17 @@ impl Predictor for Rippled<'_> {
 #[test]
 fn what_a_page_cannot_hold_is_refused_with_numbers() {
     let body = body(BAR);
-    let (predictor, mut record) =
-        Taylor.train(&body, &TrainingOptions::default(), &mut ()).unwrap().into_parts();
+    let Emulator { predictor, mut record, .. } =
+        Taylor.train(&body, &TrainingOptions::default(), &mut ()).unwrap();
     let rippled = Emulator::new(&body, Box::new(Rippled(predictor)), record.clone());
     // Its own error is that of the ripple, which the held-out cases see.
     let thetas = Design::Uniform.sample(&body.parameters, 20, 3).unwrap();
     let test = TestSet::new(&body, simulate(&body, &thetas, "test", None, &mut ()).unwrap());
     record.held_out = Some(test.errors(&rippled.predict(&test.thetas).unwrap().fields()).unwrap());
-    let rippled = Emulator::new(&body, rippled.into_parts().0, record);
+    let rippled = Emulator::new(&body, rippled.predictor, record);
     let error = viewer(&rippled, 1, &mut ()).unwrap_err();
     assert!(matches!(error, ViewerError::Distilled { added, own } if added > own / 3.0), "{error}");
-    let unmeasured = Emulator::new(&body, rippled.into_parts().0, Record::new("rippled"));
+    let unmeasured = Emulator::new(&body, rippled.predictor, Record::new("rippled"));
     assert!(matches!(viewer(&unmeasured, 1, &mut ()), Err(ViewerError::NotMeasured)));
 }
 

@@ -1,6 +1,6 @@
 //! Energies of rigid motions, which scale the outputs.
 
-use crate::coordinates::tree::MotionTree;
+use crate::coordinates::MotionTree;
 use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
 use sinew_energy::Stiffness;
 

@@ -4,14 +4,14 @@ use nalgebra::DMatrix;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-pub(crate) fn serialize<S: Serializer>(
+pub(super) fn serialize<S: Serializer>(
     matrix: &DMatrix<f64>,
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
     (matrix.nrows(), matrix.ncols(), matrix.as_slice()).serialize(serializer)
 }
 
-pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+pub(super) fn deserialize<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<DMatrix<f64>, D::Error> {
     let (rows, columns, entries) = <(usize, usize, Vec<f64>)>::deserialize(deserializer)?;

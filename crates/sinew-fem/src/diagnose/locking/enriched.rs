@@ -1,7 +1,7 @@
 //! Displacements beyond those of linear cells: a quadratic mode for each edge of a simplex, and three incompatible modes for
 //! each hexahedron.
 
-use crate::elements::assembly::tangent_times;
+use crate::elements::tangent_times;
 use nalgebra::Matrix3;
 use sinew_energy::{Body, BodyArrays, SurfaceResponse};
 use sinew_num::{Mat3, cross, dot3};

@@ -1,14 +1,10 @@
 //! Loss of displacement by one linear problem in enriched cells.
 
 use super::enriched::{Enriched, Modes};
-use crate::SolveError;
 use crate::diagnose::stress::law_gradients;
-use crate::elements::cell::inverse;
-use crate::elements::replaced::PredictedStress;
-use crate::elements::state::State;
-use crate::elements::supports::place;
-use crate::elements::system::{System, Unknowns};
-use crate::linear::vector::{add, dot};
+use crate::elements::{PredictedStress, State, System, Unknowns, inverse, place};
+use crate::linear::{add, dot};
+use crate::{Result, SolveError};
 use sinew_energy::{Body, Response, with_nodes};
 use sinew_num::Mat3;
 
@@ -52,15 +48,18 @@ impl System<'_> {
     /// is m^s times as large in enriched cells. Towards this larger displacement s falls, and m with it: s^(3/2) stands for both
     /// (docs/design.md, "Elements"). A body that softens under its load does so in both responses, so that s is at most 1. Where the stresses of
     /// linear cells make the stiffness of the enriched ones indefinite, m is that at rest.
-    pub(crate) fn loss(&mut self, displacement: &[f64], theta: &[f64]) -> Result<f64, SolveError> {
-        let found = self.responses(displacement, theta, 1.0)?;
+    pub(crate) fn loss(&mut self, displacement: &[f64], theta: &[f64]) -> Result<f64> {
+        let state = State::whole(displacement, theta);
+        let found = self.responses(state)?;
         let size = dot(displacement, displacement);
         let power = if size > 0.0 { dot(displacement, &found.own) / size } else { 1.0 };
         let ratio = match found.ratio().filter(|_| size > 0.0) {
             Some(ratio) => ratio,
             None => {
                 let rest = vec![0.0; displacement.len()];
-                self.responses(&rest, theta, 0.0)?.ratio().unwrap_or(f64::INFINITY)
+                self.responses(State { displacement: &rest, load_factor: 0.0, ..state })?
+                    .ratio()
+                    .unwrap_or(f64::INFINITY)
             }
         };
         let loss = 1.0 - ratio.powf(-power.clamp(0.0, 1.0).powf(1.5));
@@ -68,15 +67,9 @@ impl System<'_> {
     }
 
     /// Responses at a displacement; the stiffness has a fraction of the loads.
-    fn responses(
-        &mut self,
-        displacement: &[f64],
-        theta: &[f64],
-        load_factor: f64,
-    ) -> Result<Responses, SolveError> {
-        let body = self.body;
+    fn responses(&mut self, state: State<'_>) -> Result<Responses> {
+        let (body, State { displacement, theta, load_factor, .. }) = (self.body, state);
         let at = Unknowns::of(displacement);
-        let state = State { displacement, theta, load_factor, pressure: &[] };
         self.assemble(&at, theta, load_factor, None);
         if !self.assembly.is_finite() {
             return Err(SolveError::Inadmissible { cell: self.assembly.worst_cell });
@@ -86,7 +79,7 @@ impl System<'_> {
         let tension = self.tension(theta);
         let mut rate = self.load_derivative(displacement, theta);
         let more = self.response_to_supports(state, &motion).into_iter();
-        let more = more.zip(self.rate_by_theta(displacement, theta, load_factor, &tension));
+        let more = more.zip(self.rate_by_theta(state, &tension));
         rate.iter_mut().zip(more).for_each(|(rate, (moved, tension))| *rate += moved + tension);
         let (own, _) = self.respond(&rate, &motion)?;
         let pressures: Vec<f64> =
@@ -137,7 +130,7 @@ impl System<'_> {
     }
 
     /// Factorises the assembled stiffness: the response of all nodes to a rate of the unbalanced forces, and whether it is positive definite.
-    fn respond(&mut self, rate: &[f64], motion: &[f64]) -> Result<(Vec<f64>, bool), SolveError> {
+    fn respond(&mut self, rate: &[f64], motion: &[f64]) -> Result<(Vec<f64>, bool)> {
         let (shift, _) = self.factorise(true).ok_or(SolveError::Singular)?;
         let mut change: Vec<f64> = rate.iter().map(|r| -r).collect();
         self.back_substitute(&mut change);
@@ -176,7 +169,7 @@ impl System<'_> {
                 after[at] - before[at]
             };
             let places = self.sparsity.cells.of(index);
-            self.assembly.add_matrix(&self.sparsity.frames, &alone.nodes, places, 1.0, change);
+            self.assembly.add_matrix(&self.sparsity.frames, &alone.nodes, places, change);
         }
     }
 

@@ -1,8 +1,8 @@
 //! Smoothed aggregation: a hierarchy of ever coarser systems that preconditions a stiffness matrix.
 
 use super::blocks::{Block, BlockMatrix, ROWS, add_product, definite_inverse, single, times};
-use super::groups::{MODES, groups, tentative};
-use crate::linear::factor::Factor;
+use crate::linear::Factor;
+use crate::linear::aggregation::pattern::{MODES, groups, tentative};
 use faer::sparse::Triplet;
 use rayon::prelude::*;
 

@@ -298,7 +298,7 @@ fn a_sweep_of_loose_followers_finds_what_cold_solves_find_in_fewer_iterations() 
     let options = Options::default();
     let swept = sweep(&body, &thetas, &options, || {}).unwrap();
     let (mut cold, mut warm) = (0, 0);
-    for (found, theta) in swept.solutions().unwrap().into_iter().zip(&thetas) {
+    for (found, theta) in swept.into_iter().map(Result::unwrap).zip(&thetas) {
         let alone = solved(&body, theta, &options).unwrap();
         cold += alone.iterations();
         warm += found.iterations();

@@ -225,7 +225,7 @@ fn a_sweep_that_leads_to_overflow_gives_equilibria_or_errors() {
         for fibre in FIBRES {
             let cube = stretched(kind, fibre, stretch);
             let swept = sweep(&cube, &thetas, &Options::default(), || {}).unwrap();
-            for (theta, result) in swept.thetas.iter().zip(swept.results) {
+            for (theta, result) in thetas.iter().zip(swept) {
                 tally.add((kind, fibre, stretch, theta), result.map(|s| sound(&cube, &s)));
             }
         }

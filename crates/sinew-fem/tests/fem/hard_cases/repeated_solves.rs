@@ -38,7 +38,7 @@ fn a_failed_solve_leaves_no_trace_in_the_next_one() {
 }
 
 #[test]
-fn a_sweep_with_senseless_samples_names_the_first_and_solves_the_others() {
+fn a_sweep_with_senseless_samples_refuses_them_and_solves_the_others() {
     let beam = once();
     let good = |i: usize| vec![50.0 + 5.0 * i as f64, 100.0 - 5.0 * i as f64];
     let mut thetas: Vec<_> = (0..9).map(good).collect();
@@ -47,7 +47,7 @@ fn a_sweep_with_senseless_samples_names_the_first_and_solves_the_others() {
     thetas[6] = vec![75.0, f64::INFINITY];
     let swept = sweep(&beam, &thetas, &Options::default(), || ()).unwrap();
     let mut solver = Solver::new(&beam).unwrap();
-    for (i, result) in swept.results.iter().enumerate() {
+    for (i, result) in swept.iter().enumerate() {
         if let 3 | 4 | 6 = i {
             assert!(matches!(result, Err(SolveError::Theta(_))), "{i}");
             continue;
@@ -56,11 +56,8 @@ fn a_sweep_with_senseless_samples_names_the_first_and_solves_the_others() {
         let off = difference(&result.as_ref().unwrap().displacement, &cold.displacement);
         assert!(off < 1e-10, "{i}: {off:e}");
     }
-    let error = swept.solutions().unwrap_err();
-    assert_eq!((error.index, error.failed, error.count), (3, 3, 9));
     let expected = ThetaError::Length { given: 1, needed: 2, names: vec!["mu", "lambda"] };
-    assert_eq!(error.source, SolveError::Theta(expected));
-    assert!(error.to_string().contains("sample 3"), "{error}");
+    assert_eq!(swept[3].as_ref().unwrap_err(), &SolveError::Theta(expected));
 }
 
 #[test]
@@ -71,7 +68,7 @@ fn a_sweep_across_ten_orders_of_magnitude_agrees_with_cold_solves() {
         (0..5).map(|i| vec![50.0 * 100f64.powi(i), 60.0 * 100f64.powi(i)]).collect();
     let swept = sweep(&beam, &thetas, &Options::default(), || ()).unwrap();
     let mut solver = Solver::new(&beam).unwrap();
-    for (theta, solution) in thetas.iter().zip(swept.solutions().unwrap()) {
+    for (theta, solution) in thetas.iter().zip(swept.into_iter().map(Result::unwrap)) {
         let cold = solver.solve(theta, &Options::default()).unwrap();
         // Stresses are known to rounding of the modulus: the stiffer, the fewer digits of the strain.
         let known = 1e-10 + 1e-17 * theta[0];
@@ -82,7 +79,7 @@ fn a_sweep_across_ten_orders_of_magnitude_agrees_with_cold_solves() {
 #[test]
 fn an_empty_sweep_is_empty() {
     let swept = sweep(&once(), &[], &Options::default(), || ()).unwrap();
-    assert!(swept.solutions().unwrap().is_empty());
+    assert!(swept.is_empty());
 }
 
 #[test]
@@ -108,7 +105,7 @@ fn one_thread_and_two_give_the_same_bits() {
     thetas[31] = vec![-1.0, 1.0];
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| sweep(&beam, &thetas, &Options::default(), || ())).unwrap().results
+        pool.install(|| sweep(&beam, &thetas, &Options::default(), || ())).unwrap()
     };
     for (one, two) in run(1).into_iter().zip(run(2)) {
         match (one, two) {

@@ -1,6 +1,6 @@
 //! Size of displacement fields over the parameters.
 
-use super::{PodRegression, RegressionError};
+use sinew_emulate::{PodRegression, RegressionError};
 use sinew_energy::Parameter;
 
 /// Largest total degree of the polynomial; lower ones are tried too.
@@ -14,8 +14,8 @@ const DEGREE: usize = 3;
 /// (`docs/populations.md`); where their shape changes fast with the size, fields as they are may be the better targets.
 ///
 /// ```
-/// use sinew_emulate::SizeRegression;
 /// use sinew_energy::Parameter;
+/// use sinew_studies::populations::size::SizeRegression;
 ///
 /// let stiffness = Parameter::log("k", "kPa", 0.1..=10.0);
 /// let thetas: Vec<Vec<f64>> = (0..9).map(|i| vec![10f64.powf(0.25 * i as f64 - 1.0)]).collect();
