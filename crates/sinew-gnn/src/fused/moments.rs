@@ -57,9 +57,7 @@ vectorised! {
             *g = ahead / ((of_second * *v).sqrt() + epsilon);
         }
     }
-}
 
-vectorised! {
     /// `momentum = decay · momentum + (1 − decay) gradient`, and replaces `gradient` by
     /// `of_momentum · momentum + of_gradient · gradient`.
     pub fn momentum_direction<FUSED>(
@@ -74,9 +72,7 @@ vectorised! {
             *g = multiply_add::<FUSED>(of_momentum, *m, of_gradient * *g);
         }
     }
-}
 
-vectorised! {
     /// `x = x − step · direction`.
     pub fn descend<FUSED>(step: f32, direction: &[f32], x: &mut [f32]) {
         for (x, d) in x.iter_mut().zip(direction) {
