@@ -1,7 +1,7 @@
 //! Sums of two tensors, concatenated rows and normalised rows: plain operations that Burn's own code leaves slow where it is not optimised.
 
 use crate::fused::LayerNormalisation;
-use crate::fused::host::{HostOperation, HostTensor, apply, is_on_host};
+use crate::fused::host::{Cotangents, HostOperation, HostTensor, apply, is_on_host};
 use crate::fused::normalise::{Normalisation, normalise, pull_back_normalisation};
 use crate::fused::reference;
 use burn::tensor::{Shape, Tensor};
@@ -37,7 +37,7 @@ impl HostOperation for Sum {
         (HostTensor::new(sums.collect(), inputs[0].shape()), Some(()))
     }
 
-    fn backward(&self, (): (), cotangent: &[f32], needed: &[bool]) -> Vec<Option<Vec<f32>>> {
+    fn backward(&self, (): (), cotangent: &[f32], needed: &[bool]) -> Cotangents {
         needed.iter().map(|needed| needed.then(|| cotangent.to_vec())).collect()
     }
 }
@@ -90,12 +90,7 @@ impl HostOperation for Concatenated {
         (HostTensor::new(output, self.shape.clone()), Some(widths))
     }
 
-    fn backward(
-        &self,
-        widths: Self::Saved,
-        cotangent: &[f32],
-        needed: &[bool],
-    ) -> Vec<Option<Vec<f32>>> {
+    fn backward(&self, widths: Self::Saved, cotangent: &[f32], needed: &[bool]) -> Cotangents {
         let row: usize = widths.iter().sum();
         let mut start = 0;
         let part = |(width, needed): (&usize, &bool)| {
@@ -164,7 +159,7 @@ impl HostOperation for Normalised {
         (HostTensor::new(output, x.shape()), saved)
     }
 
-    fn backward(&self, normal: Normal, cotangent: &[f32], _: &[bool]) -> Vec<Option<Vec<f32>>> {
+    fn backward(&self, normal: Normal, cotangent: &[f32], _: &[bool]) -> Cotangents {
         let Normal { gain, rows, inverse } = normal;
         let width = gain.values().len();
         let mut gradients = [vec![0.0; rows.len()], vec![0.0; width], vec![0.0; width]];

@@ -1,7 +1,7 @@
 //! Sums of edge messages at the nodes of a graph.
 
 use crate::fused::error::IndexError;
-use crate::fused::host::{HostOperation, HostTensor, apply, is_on_host};
+use crate::fused::host::{Cotangents, HostOperation, HostTensor, apply, is_on_host};
 use crate::fused::index::{Gather, GatherPlan, check, inverse};
 use crate::fused::reference;
 use crate::fused::rows::add_up;
@@ -126,7 +126,7 @@ impl HostOperation for EdgeSum {
         (HostTensor::new(sums, [self.topology.nodes, width]), Some(width))
     }
 
-    fn backward(&self, width: usize, cotangent: &[f32], _needed: &[bool]) -> Vec<Option<Vec<f32>>> {
+    fn backward(&self, width: usize, cotangent: &[f32], _needed: &[bool]) -> Cotangents {
         let mut gradient = vec![0.0; self.topology.senders.len() * width];
         let edges = gradient.par_chunks_exact_mut(width).enumerate().with_min_len(EDGES_PER_TASK);
         edges.for_each(|(edge, gradient)| {

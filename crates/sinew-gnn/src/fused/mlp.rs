@@ -1,7 +1,7 @@
 //! The fused perceptron as an operation of Burn.
 
 use crate::fused::activation::Activation;
-use crate::fused::host::{HostOperation, HostTensor, apply, is_on_host};
+use crate::fused::host::{Cotangents, HostOperation, HostTensor, apply, is_on_host};
 use crate::fused::index::GatherPlan;
 use crate::fused::mlp_backward::backward;
 use crate::fused::mlp_kernel::{Activations, Keep, Parameters, Source, forward};
@@ -199,7 +199,7 @@ impl HostOperation for GatheredMlp {
         (tensors, activations): Self::Saved,
         cotangent: &[f32],
         needed: &[bool],
-    ) -> Vec<Option<Vec<f32>>> {
+    ) -> Cotangents {
         let (sources, parameters) = (self.sources(&tensors), self.parameters(&tensors));
         let needed = &needed[..sources.len()];
         backward(&self.plan, &sources, &parameters, &activations, cotangent, needed)
