@@ -113,32 +113,25 @@ impl Identifiability {
             (self.identified(), self.names.len(), narrowing(self.spectrum[0]));
         let stated = (0..problem.data.len()).any(|datum| problem.factor_of(datum).is_none());
         let left = if stated { left } else { 0.0 };
+        let as_large = |p: String| {
+            format!(
+                "misfits as large have a probability of {p} by the stated noise (at least {UNLIKELY})"
+            )
+        };
         let (verdict, reason) = if p < UNLIKELY {
-            let reason = "misfits as large have a probability of";
-            (
-                Verdict::DoesNot,
-                format!("{reason} {p:.1e} by the stated noise (at least {UNLIKELY})"),
-            )
+            (Verdict::DoesNot, as_large(format!("{p:.1e}")))
         } else if identified == 0 {
-            let nothing = best >= UNIDENTIFIED;
-            let reason = "along the best identified direction of the parameters,";
-            (
-                if nothing { Verdict::DoesNot } else { Verdict::CannotTell },
-                format!(
-                    "{reason} {best:.2} of the prior's standard deviation is left (at most {IDENTIFIED})"
-                ),
-            )
+            let verdict = if best >= UNIDENTIFIED { Verdict::DoesNot } else { Verdict::CannotTell };
+            let along = "along the best identified direction of the parameters,";
+            let left = "of the prior's standard deviation is left";
+            (verdict, format!("{along} {best:.2} {left} (at most {IDENTIFIED})"))
         } else if left < 1.0 {
             let reason = "parameters and inferred noise leave the misfits";
             (Verdict::CannotTell, format!("{reason} {left:.2} degrees of freedom (at least 1)"))
         } else {
-            let reason = "misfits as large have a probability of";
-            (
-                Verdict::Calibrates,
-                format!(
-                    "{reason} {p:.2} by the stated noise (at least {UNLIKELY}), and {identified} of {count} directions of the parameters are identified"
-                ),
-            )
+            let directions = format!("{identified} of {count} directions of the parameters");
+            let large = as_large(format!("{p:.2}"));
+            (Verdict::Calibrates, format!("{large}, and {directions} are identified"))
         };
         let head = match verdict {
             Verdict::Calibrates => "the model calibrates these data",

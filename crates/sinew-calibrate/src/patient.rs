@@ -6,6 +6,7 @@ mod parts;
 mod states;
 
 pub use builder::PatientBuilder;
+use states::Result;
 pub use states::{PatientStates, StateError};
 
 use crate::forward::{Forward, ForwardError, Observed};
@@ -99,7 +100,7 @@ impl<'p> Patient<'p> {
     ///
     /// # Errors
     /// θ that makes no sense, no body at rest, or no stable equilibrium at a phase.
-    pub fn states(&self, theta: &[f64], derivatives: bool) -> Result<PatientStates, StateError> {
+    pub fn states(&self, theta: &[f64], derivatives: bool) -> Result<PatientStates> {
         self.parts.check(theta)?;
         let start = self.anchor();
         let focus = self.focus.read().ok().and_then(|focus| focus.clone());
@@ -112,11 +113,7 @@ impl<'p> Patient<'p> {
     ///
     /// # Errors
     /// As for [`Patient::states`].
-    pub fn states_checked(
-        &self,
-        theta: &[f64],
-        derivatives: bool,
-    ) -> Result<PatientStates, StateError> {
+    pub fn states_checked(&self, theta: &[f64], derivatives: bool) -> Result<PatientStates> {
         self.parts.check(theta)?;
         self.parts.solve(theta, None, derivatives)
     }

@@ -1,6 +1,7 @@
 //! Unknowns and data of a calibration, in one canonical order.
 
 use crate::datum::FACTOR_DEVIATION;
+use crate::fault::Result;
 use crate::polynomial::Sample;
 use crate::{CalibrateError, Datum, Kind, Observed, Unknown};
 use nalgebra::{DMatrix, DVector};
@@ -24,11 +25,7 @@ impl Problem {
     ///
     /// # Errors
     /// Ranges that are empty or not positive; values that are not finite; standard deviations that are not positive; no data.
-    pub fn new(
-        unknowns: Vec<Unknown>,
-        mut data: Vec<Datum>,
-        mut kinds: Vec<Kind>,
-    ) -> Result<Self, CalibrateError> {
+    pub fn new(unknowns: Vec<Unknown>, mut data: Vec<Datum>, mut kinds: Vec<Kind>) -> Result<Self> {
         let refuse = |reason: String| Err(CalibrateError::Input(reason));
         if unknowns.is_empty() {
             return refuse("nothing is unknown; give at least one parameter a range".into());

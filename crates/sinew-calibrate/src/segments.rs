@@ -1,6 +1,6 @@
 //! Divisions of a wall into segments.
 
-use crate::error::PatientError;
+use crate::error::{PatientError, Result};
 use sinew_energy::listed;
 use sinew_mesh::AnyMesh;
 
@@ -19,7 +19,7 @@ impl Segments {
     ///
     /// # Panics
     /// Where a cell is of a segment without name.
-    pub fn new(names: Vec<String>, of_cell: Vec<Option<usize>>) -> Result<Self, PatientError> {
+    pub fn new(names: Vec<String>, of_cell: Vec<Option<usize>>) -> Result<Self> {
         assert!(of_cell.iter().flatten().all(|&segment| segment < names.len()), "each has a name");
         match (0..names.len()).find(|&segment| !of_cell.contains(&Some(segment))) {
             None => Ok(Self { names, of_cell }),
@@ -36,7 +36,7 @@ impl Segments {
     ///
     /// # Errors
     /// A field that is not there, has more than one component, or values that are no integers.
-    pub fn by_field(mesh: &AnyMesh, field: &str) -> Result<Self, PatientError> {
+    pub fn by_field(mesh: &AnyMesh, field: &str) -> Result<Self> {
         let refuse = |problem: &str| {
             PatientError::Input(format!(
                 "the cell field `{field}` {problem}; the mesh has {}",
@@ -79,7 +79,7 @@ impl Segments {
     ///
     /// # Errors
     /// A name that no segment has.
-    pub fn cells_of(&self, name: &str) -> Result<Vec<usize>, PatientError> {
+    pub fn cells_of(&self, name: &str) -> Result<Vec<usize>> {
         let segment = self.names.iter().position(|other| other == name);
         let segment = segment.ok_or_else(|| {
             PatientError::Input(format!(

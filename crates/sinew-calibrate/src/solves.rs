@@ -1,5 +1,6 @@
 //! Solves of a forward model: remembered, counted, in parallel, kept in a file to go on from.
 
+use crate::fault::Result;
 use crate::{CalibrateError, Forward, ForwardError, Observed};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -64,12 +65,7 @@ impl<'f> Solves<'f> {
     ///
     /// # Errors
     /// A file that cannot be read or written, is of another patient, or in which another run keeps its solves.
-    pub fn kept_in(
-        mut self,
-        path: &Path,
-        identity: &str,
-        resume: bool,
-    ) -> Result<Self, CalibrateError> {
+    pub fn kept_in(mut self, path: &Path, identity: &str, resume: bool) -> Result<Self> {
         let store = |why: String| CalibrateError::Store(format!("{}: {why}", path.display()));
         let wrong = |error: std::io::Error| store(error.to_string());
         let mut file = OpenOptions::new();
@@ -141,13 +137,13 @@ impl<'f> Solves<'f> {
     /// Answers at many θ in their order, whatever the number of threads; those that are known as they are.
     ///
     /// # Errors
-    /// [`CalibrateError::Budget`] when the time is over, [`CalibrateError::Interrupted`] when it was stopped.
+    /// [`CalibrateError::NoPosterior`] when the time is over or it was stopped.
     pub fn at(
         &mut self,
         stage: &str,
         thetas: &[Vec<f64>],
         derivatives: bool,
-    ) -> Result<Vec<Answer>, CalibrateError> {
+    ) -> Result<Vec<Answer>> {
         let key = |theta: &[f64]| theta.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
         let keys: Vec<Vec<u64>> = thetas.iter().map(|theta| key(theta)).collect();
         let mut new: Vec<usize> = Vec::new();
@@ -175,18 +171,17 @@ impl<'f> Solves<'f> {
         Ok(keys.iter().map(|key| self.found[key].clone()).collect())
     }
 
-    fn in_time(&self, stage: &str) -> Result<(), CalibrateError> {
-        if self.stopped.load(Ordering::Relaxed) {
-            return Err(CalibrateError::Interrupted { stage: stage.into(), solves: self.count() });
-        }
-        match self.budget {
-            Some(budget) if self.started.elapsed() > budget => Err(CalibrateError::Budget {
-                budget: budget.as_secs_f64(),
-                stage: format!("during {stage}"),
-                solves: self.count(),
-            }),
-            _ => Ok(()),
-        }
+    fn in_time(&self, stage: &str) -> Result<()> {
+        let (stopped, solves) = (self.stopped.load(Ordering::Relaxed), self.count());
+        let why = match self.budget {
+            _ if stopped => format!("interrupted during {stage}, after {solves} solves"),
+            Some(budget) if self.started.elapsed() > budget => format!(
+                "the budget of {:.0} s is over during {stage}, after {solves} solves; go on with --resume and a larger --budget",
+                budget.as_secs_f64()
+            ),
+            _ => return Ok(()),
+        };
+        Err(CalibrateError::NoPosterior(why))
     }
 }
 

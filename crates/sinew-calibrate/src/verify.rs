@@ -1,9 +1,10 @@
 //! Correction of an emulator's draws by the solver: importance ratios, and one sweep of independence Metropolis.
 
+use crate::Observed;
 use crate::correction::Correction;
+use crate::fault::Result;
 use crate::likelihood::Target;
 use crate::solves::Solves;
-use crate::{CalibrateError, Observed};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_sample::{Chains, effective_share, psis, quantile, split_seed};
@@ -40,7 +41,7 @@ impl Verified {
         solves: &mut Solves,
         stage: &str,
         draws: Chains,
-    ) -> Result<Self, CalibrateError> {
+    ) -> Result<Self> {
         let problem = target.problem;
         let thetas: Vec<_> = draws.pooled().map(|y| problem.theta(y)).collect();
         let answers = solves.at(stage, &thetas, false)?;

@@ -64,7 +64,7 @@ fn class(error: &(dyn Error + 'static)) -> &'static str {
     }
     if let Some(error) = error.downcast_ref::<CalibrateError>() {
         return match error {
-            CalibrateError::Input(_) | CalibrateError::Unreachable { .. } => CASE,
+            CalibrateError::Input(_) => CASE,
             CalibrateError::NoStart { .. } => SOLVE,
             _ => CALIBRATION,
         };

@@ -2,7 +2,7 @@
 
 use super::Patient;
 use super::parts::{FIRST_PHASE, Parts};
-use crate::error::PatientError;
+use crate::error::{PatientError, Result};
 use crate::observable::{At, Direction, Observable};
 use crate::observables::{CavityVolume, PointDisplacement, Quantity, SegmentStrain};
 use crate::segments::Segments;
@@ -137,7 +137,7 @@ impl<'p> PatientBuilder<'p> {
     ///
     /// # Errors
     /// Names, values, segments and points that make no sense, and bodies that cannot be unloaded.
-    pub fn build(self) -> Result<Patient<'p>, PatientError> {
+    pub fn build(self) -> Result<Patient<'p>> {
         self.check_names()?;
         let image_entries = self.entries("the image", &[&self.settings])?;
         let phase =
@@ -168,19 +168,12 @@ impl<'p> PatientBuilder<'p> {
         self.image.parameters.iter().map(|parameter| parameter.name.clone()).collect()
     }
 
-    fn check_names(&self) -> Result<(), PatientError> {
+    fn check_names(&self) -> Result<()> {
         let phases = self.phases.iter().map(|(name, _)| name.as_str());
         let states: Vec<&str> = ["image", "rest"].into_iter().chain(phases).collect();
         let parameters: Vec<&str> = self.parameters.iter().map(String::as_str).collect();
-        for names in [states, parameters] {
-            let twice = |at: &usize| names[..*at].contains(&names[*at]);
-            if let Some(at) = (0..names.len()).find(twice) {
-                return Err(PatientError::Input(format!(
-                    "`{}` is there twice; `image` and `rest` are names of states that each patient has",
-                    names[at]
-                )));
-            }
-        }
+        check_once(&states)?;
+        check_once(&parameters)?;
         match self.observables.is_empty() {
             true => Err(PatientError::Input(
                 "there is nothing to observe; add volumes, strains or displacements".into(),
@@ -190,18 +183,13 @@ impl<'p> PatientBuilder<'p> {
     }
 
     /// Entries of θ of the body in a state: a parameter's, or else those of the first settings that have them.
-    fn entries(&self, state: &str, settings: &[&Settings]) -> Result<Vec<Entry>, PatientError> {
+    fn entries(&self, state: &str, settings: &[&Settings]) -> Result<Vec<Entry>> {
         let known = self.entry_names();
-        for (index, (name, setting)) in settings[0].iter().enumerate() {
+        for (name, setting) in settings[0] {
             if !known.contains(name) {
                 return Err(PatientError::Input(format!(
                     "{state} sets `{name}`, but the body's parameters are {}",
                     listed(&known)
-                )));
-            }
-            if settings[0][..index].iter().any(|(other, _)| other == name) {
-                return Err(PatientError::Input(format!(
-                    "`{name}` is there twice; `image` and `rest` are names of states that each patient has"
                 )));
             }
             if !setting.factor.is_finite() {
@@ -211,6 +199,7 @@ impl<'p> PatientBuilder<'p> {
                 )));
             }
         }
+        check_once(&settings[0].iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>())?;
         let place = |name: &String| {
             let place = self.parameters.iter().position(|parameter| parameter == name);
             place.ok_or_else(|| {
@@ -238,7 +227,7 @@ impl<'p> PatientBuilder<'p> {
     }
 
     /// Checks that each parameter is read.
-    fn check_use(&self, image: &[Entry], phases: &[Vec<Entry>]) -> Result<(), PatientError> {
+    fn check_use(&self, image: &[Entry], phases: &[Vec<Entry>]) -> Result<()> {
         let entries = || image.iter().chain(phases.iter().flatten());
         let read = |at: &usize| entries().any(|entry| entry.parameters.contains(at));
         match (0..self.parameters.len()).find(|at| !read(at)) {
@@ -252,7 +241,7 @@ impl<'p> PatientBuilder<'p> {
     }
 
     /// θ of the anchor.
-    fn anchor(&self) -> Result<Vec<f64>, PatientError> {
+    fn anchor(&self) -> Result<Vec<f64>> {
         let (body, centre) = (self.image, self.image.centre());
         let middle = |name: &String| {
             let of_body = body.parameters.iter().position(|parameter| parameter.name == *name);
@@ -271,9 +260,9 @@ impl<'p> PatientBuilder<'p> {
         Ok(start)
     }
 
-    fn quantities(&self) -> Result<Vec<Box<dyn Quantity>>, PatientError> {
+    fn quantities(&self) -> Result<Vec<Box<dyn Quantity>>> {
         let body = self.image;
-        let quantity = |seen: &Observable| -> Result<Box<dyn Quantity>, PatientError> {
+        let quantity = |seen: &Observable| -> Result<Box<dyn Quantity>> {
             Ok(match seen {
                 Observable::Volume { cavity, at } => {
                     let found = body.cavities.iter().find(|other| other.name == *cavity);
@@ -301,7 +290,7 @@ impl<'p> PatientBuilder<'p> {
     }
 
     /// Place of a state among the displacements.
-    fn state(&self, seen: &Observable, at: &At) -> Result<usize, PatientError> {
+    fn state(&self, seen: &Observable, at: &At) -> Result<usize> {
         match at {
             At::Image => Ok(0),
             At::Rest => Ok(1),
@@ -319,11 +308,7 @@ impl<'p> PatientBuilder<'p> {
     }
 
     /// Quadrature points of a segment, with a direction at each.
-    fn lines(
-        &self,
-        segment: &str,
-        direction: Direction,
-    ) -> Result<Vec<(usize, [f64; 3])>, PatientError> {
+    fn lines(&self, segment: &str, direction: Direction) -> Result<Vec<(usize, [f64; 3])>> {
         let body = self.image;
         let segments = self.segments.ok_or_else(|| {
             PatientError::Input("strains are averaged over segments; give the patient some".into())
@@ -336,7 +321,7 @@ impl<'p> PatientBuilder<'p> {
                 "the {what} are of {given} cells, the body has {cells}; make them of the mesh that was lowered"
             )));
         }
-        let along = |point: usize| -> Result<[f64; 3], PatientError> {
+        let along = |point: usize| -> Result<[f64; 3]> {
             if direction == Direction::Fibre {
                 let fibre = body.material.directions(point).first();
                 return fibre.copied().ok_or_else(|| PatientError::Input("the law has no fibres, so there is no fibre strain; ask for a direction of the wall".into()));
@@ -358,4 +343,15 @@ fn named<N: Into<String>, S: Into<Setting>>(
     settings: impl IntoIterator<Item = (N, S)>,
 ) -> Settings {
     settings.into_iter().map(|(name, setting)| (name.into(), setting.into())).collect()
+}
+
+/// Refuses a name that is there twice.
+fn check_once(names: &[&str]) -> Result<()> {
+    match (0..names.len()).find(|&at| names[..at].contains(&names[at])) {
+        None => Ok(()),
+        Some(at) => Err(PatientError::Input(format!(
+            "`{}` is there twice; `image` and `rest` are names of states that each patient has",
+            names[at]
+        ))),
+    }
 }

@@ -1,7 +1,7 @@
 //! Solving for the states of a patient.
 
 use super::anchor::{Anchor, Solved};
-use super::states::{PatientStates, StateError};
+use super::states::{PatientStates, Result, StateError};
 use crate::setting::Entry;
 use rayon::prelude::*;
 use sinew_energy::Body;
@@ -39,7 +39,7 @@ struct Rest {
 
 impl<'p> Parts<'p> {
     /// Checks θ of the patient, and of the body in each state.
-    pub(super) fn check(&self, theta: &[f64]) -> Result<(), StateError> {
+    pub(super) fn check(&self, theta: &[f64]) -> Result<()> {
         let (given, needed) = (theta.len(), self.parameters.len());
         if given != needed {
             return Err(StateError::Length { given, needed });
@@ -59,7 +59,7 @@ impl<'p> Parts<'p> {
         theta: &[f64],
         anchor: Option<&Anchor<'_>>,
         derivatives: bool,
-    ) -> Result<PatientStates, StateError> {
+    ) -> Result<PatientStates> {
         let unload = anchor.map_or(&self.unload, |anchor| &anchor.unload);
         let mut unload = unload.fresh().map_err(sinew_fem::UnloadError::from)?;
         self.solve_by(&mut unload, theta, anchor, derivatives)
@@ -91,7 +91,7 @@ impl<'p> Parts<'p> {
         theta: &[f64],
         anchor: Option<&Anchor<'_>>,
         derivatives: bool,
-    ) -> Result<PatientStates, StateError> {
+    ) -> Result<PatientStates> {
         let predicted = anchor.map(|anchor| anchor.predict(theta));
         let rest = self.rest(unload, theta, predicted.as_deref())?;
         let phases = match &predicted {
@@ -128,7 +128,7 @@ impl<'p> Parts<'p> {
         unload: &mut Unload<'_>,
         theta: &[f64],
         predicted: Option<&[Vec<f64>]>,
-    ) -> Result<Rest, StateError> {
+    ) -> Result<Rest> {
         if let Some(body) = &self.at_rest {
             let motion = vec![0.0; 3 * self.image.nodes];
             return Ok(Rest { body: body.clone(), motion, found: None });
@@ -153,7 +153,7 @@ impl<'p> Parts<'p> {
         unload: &Unload<'_>,
         rest: &Rest,
         theta: &[f64],
-    ) -> Result<Vec<Solution>, StateError> {
+    ) -> Result<Vec<Solution>> {
         let thetas: Vec<_> = self.phase_entries.iter().map(|e| values(e, theta)).collect();
         let image = values(&self.image_entries, theta);
         let of_law = self.image.material.parameters().len();
@@ -184,7 +184,7 @@ impl<'p> Parts<'p> {
         index: usize,
         theta: &[f64],
         near: &[f64],
-    ) -> Result<Solution, StateError> {
+    ) -> Result<Solution> {
         let values = values(&self.phase_entries[index], theta);
         let options = Options { minimum_accuracy: self.accuracy, ..Options::default() };
         let found = unload.loaded(&rest.body, near, &values, &options);
@@ -198,7 +198,7 @@ impl<'p> Parts<'p> {
         rest: &Rest,
         theta: &[f64],
         phases: &[Solution],
-    ) -> Result<Vec<Vec<Vec<f64>>>, StateError> {
+    ) -> Result<Vec<Vec<Vec<f64>>>> {
         let still = vec![vec![0.0; rest.motion.len()]; self.parameters.len()];
         let at = |state: &str| {
             let state = state.to_owned();

@@ -176,7 +176,6 @@ impl Calibrate {
 fn told(error: CalibrateError) -> anyhow::Error {
     match error {
         CalibrateError::Input(reason) | CalibrateError::Store(reason) => Usage(reason).into(),
-        error @ CalibrateError::Unreachable { .. } => Usage(error.to_string()).into(),
         other => other.into(),
     }
 }
