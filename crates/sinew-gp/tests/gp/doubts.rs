@@ -4,8 +4,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Ensemble, Evidence, Field, Fit, FitOptions, GpError,
-    Model, Noise, NutsOptions, Parameter, Prior, Problem, Series, Side, SquaredExponential,
-    Warning, constant, ensemble, field, laplace, nuts,
+    Model, Noise, NutsOptions, Parameter, Prior, Problem, Series, Side, Warning, constant,
+    ensemble, field, laplace, nuts, squared_exponential,
 };
 use std::f64::consts::PI;
 
@@ -15,7 +15,7 @@ fn normal(random: &mut ChaCha8Rng) -> f64 {
 }
 
 fn fitted<const D: usize>(problem: &Problem<D>, data: Data<D>) -> Result<Fit<D>, GpError> {
-    let prior = Prior::constrained(problem, &SquaredExponential::new())?;
+    let prior = Prior::constrained(problem, &squared_exponential())?;
     Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())
 }
 

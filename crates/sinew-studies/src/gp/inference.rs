@@ -8,7 +8,7 @@ use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
-    Data, Evidence, Fit, FitOptions, GpError, Model, Noise, Prediction, Prior, SquaredExponential,
+    Data, Evidence, Fit, FitOptions, GpError, Model, Noise, Prediction, Prior, squared_exponential,
 };
 use std::f64::consts::TAU;
 use std::time::Instant;
@@ -250,7 +250,7 @@ impl<const D: usize> Inference<D> {
     }
 
     fn prior(&self, task: &Task) -> Result<Prior<D>, GpError> {
-        let (problem, kernel) = (&self.setting.problem, SquaredExponential::new());
+        let (problem, kernel) = (&self.setting.problem, squared_exponential());
         match self.approach {
             Approach::Constrained => Prior::constrained(problem, &kernel),
             Approach::Penalised(points) => {
