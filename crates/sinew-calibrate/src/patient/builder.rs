@@ -114,25 +114,6 @@ impl<'p> PatientBuilder<'p> {
         self
     }
 
-    /// Adds the strains of all segments along a direction, from one state to another.
-    pub fn observe_strains(
-        mut self,
-        direction: Direction,
-        from: impl Into<At>,
-        to: impl Into<At>,
-    ) -> Self {
-        let (from, to) = (from.into(), to.into());
-        let names = self.segments.map_or(&[][..], Segments::names);
-        let strain = |name: &String| Observable::Strain {
-            segment: name.clone(),
-            direction,
-            from: from.clone(),
-            to: to.clone(),
-        };
-        self.observables.extend(names.iter().map(strain));
-        self
-    }
-
     /// The patient.
     ///
     /// # Errors

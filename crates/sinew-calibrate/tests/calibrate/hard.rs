@@ -1,6 +1,8 @@
 //! Hard cases of patients: each ends in the answer that it should, or in an error that says what is wrong.
 
-use crate::support::heart::{MMHG, NAMES, THETA, fibres, mesh, passive, segments, wall};
+use crate::support::heart::{
+    MMHG, NAMES, ObserveStrains, THETA, fibres, mesh, passive, segments, wall,
+};
 use sinew_calibrate::{
     Direction, Forward, ForwardError, Observable, Patient, PatientBuilder, PatientError, Segments,
     Setting, StateError, WallCoordinates,
@@ -130,15 +132,15 @@ fn signs_of_fibres_change_nothing() {
     let mixed = Scene { material, ..scene.clone() };
     let wall = wall(&mesh());
     let segments = segments(&wall);
-    let seen = [scene, mixed].map(|scene| {
-        let body = scene.lower().unwrap();
-        let patient = builder(&body, 8.0, 15.0).wall(&wall).segments(&segments).observe_strains(
-            Direction::Fibre,
-            "rest",
-            "phase",
-        );
-        patient.build().unwrap().observe(&THETA, true).unwrap()
-    });
+    let seen =
+        [scene, mixed].map(|scene| {
+            let body = scene.lower().unwrap();
+            let patient = builder(&body, 8.0, 15.0)
+                .wall(&wall)
+                .segments(&segments)
+                .observe_strains(&segments, Direction::Fibre, "rest", "phase");
+            patient.build().unwrap().observe(&THETA, true).unwrap()
+        });
     assert_eq!(seen[0].values, seen[1].values);
     assert_eq!(seen[0].jacobian, seen[1].jacobian);
 }

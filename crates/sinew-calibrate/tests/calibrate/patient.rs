@@ -1,6 +1,8 @@
 //! Observables of patients and their derivatives through unloading.
 
-use crate::support::heart::{MMHG, NAMES, THETA, beating, mesh, passive, segments, wall};
+use crate::support::heart::{
+    MMHG, NAMES, ObserveStrains, THETA, beating, mesh, passive, segments, wall,
+};
 use crate::support::slopes::{SHORT_STEP, check, check_rows};
 use sinew_calibrate::{Direction, Forward, Observable, Patient, Setting};
 use sinew_energy::laws::NeoHookean;
@@ -31,9 +33,9 @@ fn volumes_and_strains_of_a_passive_heart_have_exact_derivatives() {
             Direction::Radial,
             Direction::Fibre,
         ] {
-            patient = patient.observe_strains(direction, "low", "high");
+            patient = patient.observe_strains(&segments, direction, "low", "high");
         }
-        patient = patient.observe_strains(Direction::Circumferential, "image", "high");
+        patient = patient.observe_strains(&segments, Direction::Circumferential, "image", "high");
         let patient = patient.build().unwrap();
         let seen = check(&format!("{fibres:?}"), &patient, &THETA);
         // Volumes rise with the pressure, and strains in the wall with the volume.
@@ -63,7 +65,7 @@ fn a_beating_heart_on_springs_has_exact_derivatives() {
         .wall(&wall)
         .segments(&segments)
         .observe(Observable::volume("endo", "end of systole"))
-        .observe_strains(Direction::Circumferential, "image", "end of systole")
+        .observe_strains(&segments, Direction::Circumferential, "image", "end of systole")
         .build()
         .unwrap();
     let theta = [0.21, 1.9, 2.7, 2.2, 36.0, 1.02];
@@ -182,7 +184,7 @@ fn all_stresses_times_a_factor_leave_displacements_as_they_are() {
             .segments(&segments)
             .observe(Observable::volume("endo", "rest"))
             .observe(Observable::volume("endo", "high"))
-            .observe_strains(Direction::Circumferential, "rest", "high")
+            .observe_strains(&segments, Direction::Circumferential, "rest", "high")
             .build()
             .unwrap();
         let [a, b, a_f, b_f] = THETA;
@@ -247,8 +249,8 @@ fn states_to_a_millionth_are_exact_beside_the_noise_of_data() {
             .wall(&wall)
             .segments(&segments)
             .observe(Observable::volume("endo", "high"))
-            .observe_strains(Direction::Circumferential, "low", "high")
-            .observe_strains(Direction::Longitudinal, "low", "high")
+            .observe_strains(&segments, Direction::Circumferential, "low", "high")
+            .observe_strains(&segments, Direction::Longitudinal, "low", "high")
             .accuracy(accuracy)
             .build()
             .unwrap()

@@ -5,7 +5,7 @@ mod heart;
 
 use crate::timing::cpu_seconds;
 use anyhow::Result;
-use heart::{MMHG, NAMES, passive, segments, wall};
+use heart::{MMHG, NAMES, ObserveStrains, passive, segments, wall};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_calibrate::{
@@ -53,8 +53,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         .segments(&segments)
         .observe(Observable::volume("endo", "low"))
         .observe(Observable::volume("endo", "high"))
-        .observe_strains(Direction::Circumferential, "low", "high")
-        .observe_strains(Direction::Longitudinal, "low", "high")
+        .observe_strains(&segments, Direction::Circumferential, "low", "high")
+        .observe_strains(&segments, Direction::Longitudinal, "low", "high")
         .accuracy(1e-6)
         .start(&RANGES.map(|[low, high]| (low * high).sqrt()))
         .build()?;
