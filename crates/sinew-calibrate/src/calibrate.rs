@@ -1,17 +1,14 @@
 //! Calibration: a posterior by an emulator, checked and corrected by the solver.
 
-use crate::CalibrateError;
-use crate::correction::Correction;
-use crate::fault::{Result, noise_in_words, over_noise};
-use crate::identifiability::Identifiability;
+use crate::fault::{Result, over_noise};
 use crate::likelihood::Target;
-use crate::mode::{self, Mode};
 use crate::polynomial::Polynomial;
-use crate::posterior::Posterior;
 use crate::predictive::UNLIKELY;
-use crate::problem::Problem;
-use crate::solves::Solves;
 use crate::verify::{LEAST_SHARE, MOST_K, Verified};
+use crate::{
+    CalibrateError, Correction, Identifiability, Mode, Posterior, Problem, Solves, mode,
+    noise_in_words,
+};
 use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

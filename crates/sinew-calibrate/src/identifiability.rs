@@ -1,9 +1,8 @@
 //! Parameters that the data determine, linearised at the mode before sampling.
 
 use crate::likelihood::Noise;
-use crate::mode::Mode;
 use crate::predictive::UNLIKELY;
-use crate::problem::Problem;
+use crate::{Mode, Problem};
 use nalgebra::{DMatrix, SymmetricEigen};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 

@@ -2,8 +2,7 @@
 
 use crate::datum::FACTOR_DEVIATION;
 use crate::polynomial::Polynomial;
-use crate::problem::Problem;
-use crate::{Datum, Observed};
+use crate::{Datum, Observed, Problem};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use sinew_sample::LogDensity;
 use std::borrow::Cow;

@@ -4,9 +4,7 @@
 use crate::datum::FACTOR_DEVIATION;
 use crate::fault::Result;
 use crate::likelihood::Noise;
-use crate::problem::Problem;
-use crate::solves::{Answer, Solves};
-use crate::{CalibrateError, Observed};
+use crate::{Answer, CalibrateError, Observed, Problem, Solves};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Steps of a search at most.

@@ -9,9 +9,8 @@ pub use builder::PatientBuilder;
 use states::Result;
 pub use states::{PatientStates, StateError};
 
-use crate::forward::{Forward, ForwardError, Observed};
-use crate::observable::Observable;
 use crate::observables::Quantity;
+use crate::{Forward, ForwardError, Observable, Observed};
 use anchor::Anchor;
 use parts::Parts;
 use sinew_energy::Body;

@@ -1,12 +1,8 @@
 //! The result: draws of the solver's posterior and what they say.
 
-use crate::correction::Correction;
 use crate::datum::FACTOR_DEVIATION;
-use crate::identifiability::{Identifiability, Identified};
-use crate::mode::Mode;
-use crate::predictive::Predictive;
-use crate::problem::Problem;
 use crate::verify::Verified;
+use crate::{Correction, Identifiability, Identified, Mode, Predictive, Problem};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_sample::{

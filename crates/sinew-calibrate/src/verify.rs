@@ -1,10 +1,8 @@
 //! Correction of an emulator's draws by the solver: importance ratios, and one sweep of independence Metropolis.
 
-use crate::Observed;
-use crate::correction::Correction;
 use crate::fault::Result;
 use crate::likelihood::Target;
-use crate::solves::Solves;
+use crate::{Correction, Observed, Solves};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_sample::{Chains, effective_share, psis, quantile, split_seed};

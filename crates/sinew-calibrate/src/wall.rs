@@ -1,8 +1,7 @@
 //! Coordinates of a left ventricle's wall: height along the axis, depth, and the angle from the septum.
 
-use crate::error::{PatientError, Result, check_direction};
-use crate::observable::Direction;
-use crate::segments::Segments;
+use crate::error::{Result, check_direction};
+use crate::{Direction, PatientError, Segments};
 use nalgebra::Vector3;
 use sinew_fem::fibres::{Depth, FibreRule, Frame, Surfaces, VentricleCoordinates};
 use sinew_mesh::TetMesh;

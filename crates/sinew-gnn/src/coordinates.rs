@@ -11,8 +11,7 @@
 //! the strains of simulations.
 
 use crate::arrays::standardised;
-use crate::error::Result;
-use crate::training::TrainingConfig;
+use crate::{Result, TrainingConfig};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::Body;
 use sinew_emulate::coordinates::{Motions, PrincipalDirections};

@@ -4,12 +4,10 @@ use burn::tensor::Tensor;
 use std::sync::Arc;
 
 use crate::arrays::{numbers, parameter_tensor};
-use crate::error::{Error, Result};
 use crate::fused::Input;
-use crate::graph_network::GraphNetwork;
 use crate::map::OutputMap;
-use crate::surrogate::Surrogate;
 use crate::tensors::GeometryTensors;
+use crate::{Error, GraphNetwork, Result, Surrogate};
 use sinew_emulate::coordinates::ParameterScaling;
 
 /// Rows (parameter sets × nodes) decoded at once: their activations of 128 columns fill a few

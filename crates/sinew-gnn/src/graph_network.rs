@@ -7,11 +7,9 @@ use burn::module::{Module, Param, ParamId};
 use burn::tensor::{Device, Tensor};
 
 use crate::arrays::numbers;
-use crate::config::{Decoding, GraphNetworkConfig};
-use crate::error::Result;
-use crate::graph::Graph;
 use crate::perceptron::{Normalisation, Perceptron};
 use crate::random::Initialiser;
+use crate::{Decoding, Graph, GraphNetworkConfig, Result};
 
 /// Outputs of a network, decoded from the embeddings of nodes, or a change of them.
 #[derive(Debug, Clone)]

@@ -7,9 +7,8 @@ use rayon::prelude::*;
 use sinew_emulate::coordinates::{Coordinates, OutputScale};
 
 use crate::arrays::numbers;
-use crate::data::Geometry;
 use crate::fused::{Cotangents, HostOperation, HostTensor, apply};
-use crate::graph_network::Output;
+use crate::{Geometry, Output};
 
 /// Map from network outputs to displacements of one geometry, prescribed ones written over them, in double precision.
 ///

@@ -3,16 +3,11 @@
 mod course;
 
 use crate::budget::scale;
-use crate::config::{Decoding, GraphNetworkConfig};
-use crate::coordinates::{self, OutputCoordinates};
-use crate::data::{DataSet, Geometry, Sample};
-use crate::device::Backend;
-use crate::error::Result;
-use crate::features;
-use crate::fixed::FixedGeometry;
-use crate::objective::Objective;
-use crate::surrogate::{Scales, Surrogate};
-use crate::training::{Trainer, TrainingConfig};
+use crate::{
+    Backend, DataSet, Decoding, FixedGeometry, Geometry, GraphNetworkConfig, Objective,
+    OutputCoordinates, Result, Sample, Scales, Surrogate, Trainer, TrainingConfig, coordinates,
+    features,
+};
 use course::Course;
 use serde::{Deserialize, Serialize};
 use sinew_emulate::coordinates::Coordinates as Meaning;

@@ -10,8 +10,7 @@ pub use minimum_potential::{MinimumPotential, Potential};
 
 use burn::tensor::Tensor;
 
-use crate::data::{DataSet, Sample};
-use crate::error::Result;
+use crate::{DataSet, Result, Sample};
 
 /// Samples of one geometry, predicted together.
 #[derive(Debug, Clone, Copy)]

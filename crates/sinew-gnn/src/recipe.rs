@@ -13,8 +13,7 @@ pub use physics_informed::PhysicsInformed;
 pub use sinew_emulate::recipe::{Regression, Taylor};
 
 use crate::budget::cost;
-use crate::coordinates::OutputCoordinates;
-use crate::network::{KINDS, Network};
+use crate::{KINDS, Network, OutputCoordinates};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use sinew_emulate::parts::{Session, train_with};

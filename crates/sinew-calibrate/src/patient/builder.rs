@@ -2,12 +2,10 @@
 
 use super::Patient;
 use super::parts::{FIRST_PHASE, Parts};
-use crate::error::{PatientError, Result};
-use crate::observable::{At, Direction, Observable};
+use crate::error::Result;
 use crate::observables::{CavityVolume, PointDisplacement, Quantity, SegmentStrain};
-use crate::segments::Segments;
-use crate::setting::{Entry, Setting};
-use crate::wall::WallCoordinates;
+use crate::setting::Entry;
+use crate::{At, Direction, Observable, PatientError, Segments, Setting, WallCoordinates};
 use sinew_energy::{Body, Fibres, listed};
 use sinew_fem::Unload;
 use std::sync::{OnceLock, RwLock};

@@ -3,9 +3,8 @@
 use burn::tensor::Tensor;
 
 use super::{Batch, Objective, SQUARED_NORM_FLOOR};
-use crate::data::DataSet;
-use crate::error::Result;
 use crate::fused::mean_distance;
+use crate::{DataSet, Result};
 use sinew_emulate::coordinates::{require_count, require_positive};
 
 /// Mean nodal distance between simulated and predicted displacement, `mean ‖u − û‖₂`

@@ -3,8 +3,7 @@
 use burn::tensor::{Device, Int, Tensor, TensorData};
 
 use super::{Batch, DataFit, Objective, SQUARED_NORM_FLOOR};
-use crate::data::DataSet;
-use crate::error::Result;
+use crate::{DataSet, Result};
 use sinew_emulate::coordinates::{
     CoordinateError, require_count, require_finite, require_positive,
 };

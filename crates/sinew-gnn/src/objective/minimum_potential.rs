@@ -6,8 +6,7 @@ use burn::tensor::Tensor;
 use sinew_energy::Body;
 
 use super::{Batch, Objective};
-use crate::data::{DataSet, Sample};
-use crate::error::{Error, Result};
+use crate::{DataSet, Error, Result, Sample};
 use sinew_emulate::coordinates::{require_count, require_positive};
 
 /// A total potential energy Π(u; θ) of any dimension and material.

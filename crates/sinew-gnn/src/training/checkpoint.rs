@@ -8,13 +8,10 @@ use serde::{Deserialize, Serialize};
 use super::config::TrainingConfig;
 use super::sampler::{Sampler, SamplerState};
 use super::trainer::{Best, RunState, Trainer};
-use crate::data::DataSet;
-use crate::error::Result;
 use crate::files::{open_directory, read_json, replace_directory, write_json};
-use crate::objective::Objective;
 use crate::optimiser::Optimiser;
 use crate::store::{check_version, load_weights, read_surrogate, save_weights, write_surrogate};
-use crate::surrogate::Surrogate;
+use crate::{DataSet, Objective, Result, Surrogate};
 use sinew_emulate::coordinates::require_count;
 
 /// Version of the checkpoint format.

@@ -2,9 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result};
-use crate::optimiser::OptimiserConfig;
-use crate::schedule::Schedule;
+use crate::{Error, OptimiserConfig, Result, Schedule};
 use sinew_emulate::coordinates::require_positive;
 
 /// Length of the training.

@@ -11,13 +11,9 @@ use super::concern::Thoroughness;
 use super::config::TrainingConfig;
 use super::progress::{HistoryPoint, TrainingObserver, TrainingProgress, TrainingReport};
 use super::sampler::Sampler;
-use crate::data::{DataSet, Sample};
-use crate::error::{Error, Result};
-use crate::graph_network::{Embedding, GraphNetwork};
-use crate::objective::{Batch, Objective};
 use crate::optimiser::Optimiser;
-use crate::surrogate::Surrogate;
 use crate::tensors::GeometryTensors;
+use crate::{Batch, DataSet, Embedding, Error, GraphNetwork, Objective, Result, Sample, Surrogate};
 use sinew_emulate::coordinates::require_count;
 
 /// Share of the budget from which on losses are judged. About a solution, zero outputs are good, and a good training needs

@@ -3,8 +3,7 @@
 
 use super::{MOST_PAIRS, Request};
 use crate::kernel::simd::{exp_of_negative, lane_sum};
-use crate::problem::operator::MOST_DERIVATIVES;
-use crate::series::Series;
+use crate::{MOST_DERIVATIVES, Series};
 use sinew_num::vectorised;
 
 impl<const D: usize> Request<'_, D> {
