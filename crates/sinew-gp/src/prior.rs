@@ -166,19 +166,14 @@ impl<const D: usize> Prior<D> {
         points: usize,
         seed: u64,
     ) -> Result<Self> {
-        type Observed<const D: usize> = fn(&Problem<D>, usize, u64) -> Result<Vec<Group<D>>>;
+        type Observed<const D: usize> = fn(&Problem<D>, usize, u64) -> Result<Data<D>>;
         let prior = Self::unconstrained(problem, kernel)?;
-        let boundary =
-            instance!(D, Prior::pseudo_observations, Observed<D>)(problem, points, seed)?;
-        Ok(Self { boundary, ..prior })
+        let data = instance!(D, Prior::pseudo_observations, Observed<D>)(problem, points, seed)?;
+        Ok(Self { boundary: data.groups, ..prior })
     }
 
     /// The conditions of all faces as observations, about `points` in all.
-    fn pseudo_observations(
-        problem: &Problem<D>,
-        points: usize,
-        seed: u64,
-    ) -> Result<Vec<Group<D>>> {
+    fn pseudo_observations(problem: &Problem<D>, points: usize, seed: u64) -> Result<Data<D>> {
         let (domain, mut data) = (problem.domain(), Data::new());
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         if let Some((polygon, value)) = domain.cross_section().zip(problem.boundary.as_ref()) {
@@ -188,7 +183,7 @@ impl<const D: usize> Prior<D> {
                 (point[0], point[1]) = polygon.on_edge(edge, random.random_range(0.0..1.0)).into();
             }
             let values: Vec<f64> = places.iter().map(|point| value.value(*point)).collect();
-            return Ok(data.imposed(Operator::identity(), &places, &values, Noise::Learned).groups);
+            return Ok(data.imposed(Operator::identity(), &places, &values, Noise::Learned));
         }
         let faces: Vec<Lift<D>> =
             (0..D).flat_map(|axis| AxisStructure::new(problem, axis).lifts).collect();
@@ -206,7 +201,7 @@ impl<const D: usize> Prior<D> {
             data = data.imposed(lift.operator(), &places, &values, Noise::Learned);
             data.groups[number].legs.extend(jump);
         }
-        Ok(data.groups)
+        Ok(data)
     }
 }
 

@@ -136,18 +136,11 @@ struct Normalised {
     epsilon: f32,
 }
 
-/// Gain, normal rows, and the inverse of each row's deviation.
-#[derive(Clone, Debug)]
-struct Normal {
-    gain: HostTensor,
-    rows: Vec<f32>,
-    inverse: Vec<f32>,
-}
-
 impl HostOperation for Normalised {
-    type Saved = Normal;
+    /// Gain, normalised rows, and the inverse deviation of each.
+    type Saved = (HostTensor, Vec<f32>, Vec<f32>);
 
-    fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Normal>) {
+    fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Self::Saved>) {
         let [x, gain, offset] = inputs else { panic!("rows, gain and offset") };
         let mut output = x.values().to_vec();
         let mut rows = vec![0.0; output.len()];
@@ -155,24 +148,16 @@ impl HostOperation for Normalised {
         let normalisation =
             Normalisation { gain: gain.values(), offset: offset.values(), epsilon: self.epsilon };
         normalise(normalisation, &mut output, &mut rows, &mut inverse);
-        let saved = tracked.then(|| Normal { gain: gain.clone(), rows, inverse });
+        let saved = tracked.then(|| (gain.clone(), rows, inverse));
         (HostTensor::new(output, x.shape()), saved)
     }
 
-    fn backward(&self, normal: Normal, cotangent: &[f32], _: &[bool]) -> Cotangents {
-        let Normal { gain, rows, inverse } = normal;
+    fn backward(&self, saved: Self::Saved, cotangent: &[f32], _: &[bool]) -> Cotangents {
+        let (gain, rows, inverse) = saved;
         let width = gain.values().len();
-        let mut gradients = [vec![0.0; rows.len()], vec![0.0; width], vec![0.0; width]];
-        let [of_x, of_gain, of_offset] = &mut gradients;
-        pull_back_normalisation(
-            gain.values(),
-            &rows,
-            &inverse,
-            cotangent,
-            of_x,
-            of_gain,
-            of_offset,
-        );
-        gradients.map(Some).into()
+        let (gain, mut all) = (gain.values(), [rows.len(), width, width].map(|n| vec![0.0; n]));
+        let [of_x, of_gain, of_offset] = &mut all;
+        pull_back_normalisation(gain, &rows, &inverse, cotangent, of_x, of_gain, of_offset);
+        all.map(Some).into()
     }
 }

@@ -17,9 +17,12 @@ const EDGES_PER_TASK: usize = 64;
 /// Built once per graph and shared by every operation on it.
 #[derive(Debug)]
 pub struct EdgeTopology {
-    nodes: usize,
-    senders: Vec<u32>,
-    receivers: Vec<u32>,
+    /// Number of nodes.
+    pub nodes: usize,
+    /// Sending node of every edge.
+    pub senders: Vec<u32>,
+    /// Receiving node of every edge.
+    pub receivers: Vec<u32>,
     received: Vec<Vec<usize>>,
     sent: Vec<Vec<usize>>,
 }
@@ -40,21 +43,6 @@ impl EdgeTopology {
         let (senders, receivers) = (check(senders, nodes)?, check(receivers, nodes)?);
         let (received, sent) = (inverse(&receivers, nodes), inverse(&senders, nodes));
         Ok(Arc::new(Self { nodes, senders, receivers, received, sent }))
-    }
-
-    /// Number of nodes.
-    pub fn nodes(&self) -> usize {
-        self.nodes
-    }
-
-    /// Sending node of every edge.
-    pub fn senders(&self) -> &[u32] {
-        &self.senders
-    }
-
-    /// Receiving node of every edge.
-    pub fn receivers(&self) -> &[u32] {
-        &self.receivers
     }
 }
 

@@ -24,12 +24,12 @@ pub fn activate<const D: usize>(x: Tensor<D>, activation: Activation) -> Tensor<
 /// Per node, the sum of received messages minus the sum of sent ones.
 pub fn signed_edge_sum(messages: Tensor<2>, topology: &EdgeTopology) -> Tensor<2> {
     let received = received_edge_sum(messages.clone(), topology);
-    received - sum_at(messages, topology.senders(), topology.nodes())
+    received - sum_at(messages, &topology.senders, topology.nodes)
 }
 
 /// Per node, the sum of received messages.
 pub fn received_edge_sum(messages: Tensor<2>, topology: &EdgeTopology) -> Tensor<2> {
-    sum_at(messages, topology.receivers(), topology.nodes())
+    sum_at(messages, &topology.receivers, topology.nodes)
 }
 
 fn sum_at(messages: Tensor<2>, targets: &[u32], count: usize) -> Tensor<2> {

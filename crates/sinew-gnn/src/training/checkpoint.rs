@@ -5,13 +5,12 @@ use std::path::Path;
 use burn::tensor::Device;
 use serde::{Deserialize, Serialize};
 
-use super::config::TrainingConfig;
 use super::sampler::{Sampler, SamplerState};
 use super::trainer::{Best, RunState, Trainer};
 use crate::files::{open_directory, read_json, replace_directory, write_json};
 use crate::optimiser::Optimiser;
 use crate::store::{check_version, load_weights, read_surrogate, save_weights, write_surrogate};
-use crate::{DataSet, Objective, Result, Surrogate};
+use crate::{DataSet, Objective, Result, Surrogate, TrainingConfig};
 use sinew_emulate::coordinates::require_count;
 
 /// Version of the checkpoint format.

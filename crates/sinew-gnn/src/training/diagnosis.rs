@@ -1,9 +1,7 @@
 //! Diagnosis of the weights that a training leaves.
 
-use super::concern::{Concern, Thoroughness};
-use super::progress::HistoryPoint;
-use super::trainer::Trainer;
-use crate::error::Result;
+use super::concern::Thoroughness;
+use crate::{Concern, HistoryPoint, Result, Trainer};
 
 /// Standard deviations of a mean loss that count as noise of the drawn samples: the lowest of twenty means of about six
 /// batches is easily off by four.
