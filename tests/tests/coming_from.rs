@@ -11,8 +11,8 @@ use sinew_emulate::Budget;
 use sinew_energy::{Guard, Law, Magnitude, Mat3, Scalar};
 use sinew_fem::{Line, cell_stresses, held_sets, reactions};
 use sinew_gp::{
-    Condition, Data, Domain, Evidence, FitOptions, Formula, Model, Noise, NutsOptions, Prior,
-    Problem, Side, Smoothness, constant, laplace, matern, nuts, squared_exponential,
+    Condition, Data, Domain, Evidence, FitOptions, Model, Noise, NutsOptions, Prior, Problem, Side,
+    Smoothness, constant, laplace, matern, nuts, squared_exponential,
 };
 use sinew_graph::{AugmentationConfig, augment};
 use sinew_mesh::{box_hexahedra, box_tetrahedra, edges, read_mesh, write_vtu};
