@@ -5,7 +5,6 @@ use pyo3::types::PyType;
 use sinew::EmulatorError as E;
 use sinew::SolveError;
 use sinew::calibrate::CalibrateError;
-use sinew::runs::RunsPosteriorError;
 use sinew_fem::UnloadError;
 use std::error::Error;
 
@@ -69,9 +68,5 @@ fn class(error: &(dyn Error + 'static)) -> &'static str {
             _ => CALIBRATION,
         };
     }
-    match error.downcast_ref() {
-        Some(RunsPosteriorError::Chains(_)) => CALIBRATION,
-        _ if error.is::<SolveError>() || error.is::<UnloadError>() => SOLVE,
-        _ => CASE,
-    }
+    if error.is::<SolveError>() || error.is::<UnloadError>() { SOLVE } else { CASE }
 }

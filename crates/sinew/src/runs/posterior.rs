@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
-use sinew_calibrate::Identified;
+use sinew_calibrate::{CalibrateError, Identified};
 use sinew_emulate::{Counter, Emulated, Observer, RunsEmulator, at_share};
 use sinew_energy::Unit;
 use sinew_sample::{
@@ -48,23 +48,6 @@ pub struct Measured {
     pub value: f64,
     /// Standard deviation of its error \[unit of the output\].
     pub sd: f64,
-}
-
-/// The reason why there is no posterior, in words.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum RunsPosteriorError {
-    /// Data or settings to be corrected.
-    #[error("{0}")]
-    Input(String),
-    /// Chains that disagree, or that cannot begin.
-    #[error("{0}")]
-    Chains(String),
-}
-
-impl From<String> for RunsPosteriorError {
-    fn from(reason: String) -> Self {
-        Self::Input(reason)
-    }
 }
 
 /// Draws of parameters given measured values. The prior is uniform over the ranges of the runs, over their logarithm for
@@ -113,25 +96,24 @@ impl RunsPosterior {
         data: &[Measured],
         options: &NutsOptions,
         observer: &mut dyn Observer,
-    ) -> Result<Self, RunsPosteriorError> {
+    ) -> Result<Self, CalibrateError> {
         if !DRAWS.contains(&options.draws) {
-            return Err(format!("{} draws a chain; give {DRAWS:?}", options.draws).into());
+            let few = format!("{} draws a chain; give {DRAWS:?}", options.draws);
+            return Err(CalibrateError::Input(few));
         }
-        let target = Target::new(emulator, data)?;
+        let target = Target::new(emulator, data).map_err(CalibrateError::Input)?;
         let modes = target.modes(options.seed);
-        let chains = RunsPosteriorError::Chains;
+        let chains = CalibrateError::NoPosterior;
         let nowhere = "the density is not finite anywhere in the prior";
         let (best, precision) = modes.first().ok_or_else(|| chains(nowhere.into()))?;
-        let mut warnings = target.judge(best)?;
-        let failed = |error: sinew_sample::SampleError| chains(error.to_string());
-        let about = Laplace::from_precision(best, precision.clone()).map_err(failed)?;
+        let mut warnings = target.judge(best).map_err(CalibrateError::Input)?;
+        let about = Laplace::from_precision(best, precision.clone())?;
         let starts: Vec<_> = modes.iter().map(|(y, _)| y.clone()).collect();
         let options = NutsOptions { chains: options.chains.max(starts.len()), ..*options };
         let steps = options.chains * (options.warmup + options.draws);
         let counter = Mutex::new(Counter::new(observer, "draw the posterior", 0, steps));
         let told = || counter.lock().unwrap_or_else(PoisonError::into_inner).step(1, "");
-        let drawn = nuts_from(&target, &about, &starts, &options, &told);
-        let coordinates = drawn.map_err(failed)?;
+        let coordinates = nuts_from(&target, &about, &starts, &options, &told)?;
         counter.into_inner().unwrap_or_else(PoisonError::into_inner).finish("done");
         target.agree(&coordinates, &starts).map_err(chains)?;
         warnings.extend(target.ends(&coordinates));
