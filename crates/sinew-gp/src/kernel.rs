@@ -64,7 +64,6 @@ impl<const D: usize> Orders<D> {
 
 /// Derivatives that are asked for, at which hyperparameters, and of which pairs: many first points
 /// with one second point.
-#[derive(Clone, Copy, Debug)]
 pub(crate) struct Request<'a, const D: usize> {
     /// The kernel.
     pub kernel: &'a Formula<D>,

@@ -9,7 +9,6 @@ use sinew_num::{dot3, sub3};
 const INSIDE: f64 = -1e-9;
 
 /// Displacement of a point from one state to another along a unit vector.
-#[derive(Debug)]
 pub(crate) struct PointDisplacement {
     states: [usize; 2],
     direction: [f64; 3],

@@ -24,7 +24,6 @@ pub(crate) fn tile_rows(rows: usize) -> usize {
 }
 
 /// Parameters of a perceptron.
-#[derive(Clone, Copy)]
 pub(crate) struct Parameters<'a> {
     pub activation: Activation,
     /// Weight of each layer, row by row.
@@ -40,7 +39,6 @@ impl Parameters<'_> {
 }
 
 /// Rows of an input, and what of the first weight they meet.
-#[derive(Clone, Copy)]
 pub(crate) struct Source<'a> {
     pub values: &'a [f32],
     /// Length of a row.

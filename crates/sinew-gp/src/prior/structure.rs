@@ -139,7 +139,6 @@ impl<const D: usize> Lift<D> {
 }
 
 /// Factor of a free function: of all coordinates, or of those on a face.
-#[derive(Clone, Debug)]
 pub(crate) struct Factor<const D: usize> {
     pub field: Field<D>,
     /// Whether the function varies along the axis.
@@ -149,7 +148,6 @@ pub(crate) struct Factor<const D: usize> {
 }
 
 /// One axis: u(x) = known lifts + Σ trace shapes × free functions on the face + bubble × free function.
-#[derive(Clone, Debug)]
 pub(crate) struct AxisStructure<const D: usize> {
     /// The bubble, then the traces.
     pub factors: Vec<Factor<D>>,
