@@ -148,7 +148,6 @@ pub(crate) struct Activations {
 }
 
 /// Hidden layers that are kept.
-#[derive(Clone, Copy)]
 pub(crate) struct Keep {
     pub first: bool,
     pub second: bool,
