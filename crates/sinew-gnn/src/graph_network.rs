@@ -225,7 +225,7 @@ impl GraphNetwork {
         let batch = parameters.dims()[0];
         let embedding = self.parameter_encoder.forward(parameters, activation);
         let parts = nodes.map(|(decoder, nodes)| {
-            let (decoder, count) = (&self.decoders[decoder], nodes.rows());
+            let (decoder, count) = (&self.decoders[decoder], nodes.values.dims()[0]);
             // All pairs of nodes and parameter sets, each with the one row of the global shape.
             let (mut plan, mut inputs) =
                 (GatherPlan::outer(batch, count), vec![nodes, features(embedding.clone(), 0)]);
@@ -288,5 +288,5 @@ impl GraphNetwork {
 
 /// A part of a perceptron's input that meets the rows of its first weight from `first_row` on.
 fn features(values: Tensor<2>, first_row: usize) -> Input {
-    Input::Features { values, first_row }
+    Input { values, first_row: Some(first_row) }
 }

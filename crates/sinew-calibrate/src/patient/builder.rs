@@ -55,7 +55,7 @@ impl<'p> PatientBuilder<'p> {
         mut self,
         settings: impl IntoIterator<Item = (N, S)>,
     ) -> Self {
-        self.settings = named(settings);
+        self.settings = settings.into_iter().map(|(name, value)| (name.into(), value.into())).collect();
         self
     }
 
@@ -65,7 +65,8 @@ impl<'p> PatientBuilder<'p> {
         name: impl Into<String>,
         settings: impl IntoIterator<Item = (N, S)>,
     ) -> Self {
-        self.phases.push((name.into(), named(settings)));
+        let settings = settings.into_iter().map(|(name, value)| (name.into(), value.into())).collect();
+        self.phases.push((name.into(), settings));
         self
     }
 
@@ -316,12 +317,6 @@ impl<'p> PatientBuilder<'p> {
         let points = segments.cells_of(segment)?.into_iter().flat_map(of_cell);
         points.map(|point| Ok((point, along(point)?))).collect()
     }
-}
-
-fn named<N: Into<String>, S: Into<Setting>>(
-    settings: impl IntoIterator<Item = (N, S)>,
-) -> Settings {
-    settings.into_iter().map(|(name, setting)| (name.into(), setting.into())).collect()
 }
 
 /// Refuses a name that is there twice.

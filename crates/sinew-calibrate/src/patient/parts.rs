@@ -66,11 +66,7 @@ impl<'p> Parts<'p> {
     }
 
     /// States with slopes at the first θ and at those of the others that have them, to predict more from.
-    pub(super) fn anchor(
-        &self,
-        thetas: &[Vec<f64>],
-        near: Option<&Anchor<'_>>,
-    ) -> Option<Anchor<'p>> {
+    pub(super) fn anchor(&self, thetas: &[Vec<f64>], near: Option<&Anchor>) -> Option<Anchor<'p>> {
         let (first, others) = thetas.split_first()?;
         let mut unload = self.unload.fresh().ok()?;
         let states = self.solve_by(&mut unload, first, near, true).ok()?;

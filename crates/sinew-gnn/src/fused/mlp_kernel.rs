@@ -222,21 +222,11 @@ fn forward_tile(
 ) {
     let [first, second, outputs] = parameters.widths();
     let rows = tile.output.len() / outputs;
-    let (mut first_scratch, mut second_scratch);
-    let first = match tile.first.is_empty() {
-        false => &mut *tile.first,
-        true => {
-            first_scratch = Buffer::take(rows * first);
-            &mut first_scratch
-        }
-    };
-    let second = match tile.second.is_empty() {
-        false => &mut *tile.second,
-        true => {
-            second_scratch = Buffer::take(rows * second);
-            &mut second_scratch
-        }
-    };
+    let scratch =
+        |kept: &[f32], width| Buffer::take(if kept.is_empty() { rows * width } else { 0 });
+    let (mut of_first, mut of_second) = (scratch(tile.first, first), scratch(tile.second, second));
+    let first = if tile.first.is_empty() { &mut of_first[..] } else { &mut *tile.first };
+    let second = if tile.second.is_empty() { &mut of_second[..] } else { &mut *tile.second };
     layer.evaluate(parameters, start, first);
     second_layer(parameters, second_weight, first, second);
     if outputs == 1 {

@@ -53,11 +53,11 @@ pub fn gathered_mlp(
 ) -> Tensor<2> {
     let [(weight, bias), hidden @ ..] = weights.layers;
     let mut output = bias.unsqueeze::<2>();
-    for (number, input) in inputs.into_iter().enumerate() {
-        let product = match input {
-            Input::Product(product) => product,
-            Input::Features { values, first_row } => {
-                let rows = first_row..first_row + values.dims()[1];
+    for (number, Input { values, first_row }) in inputs.into_iter().enumerate() {
+        let product = match first_row {
+            None => values,
+            Some(row) => {
+                let rows = row..row + values.dims()[1];
                 values.matmul(weight.clone().slice_dim(0, rows))
             }
         };
