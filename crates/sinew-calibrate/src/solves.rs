@@ -159,7 +159,10 @@ impl<'f> Solves<'f> {
             let (forward, file) = (self.forward, self.file.as_ref());
             let solve = |&place: &usize| {
                 let answer = checked(forward, &thetas[place], derivatives);
-                keep(file, &thetas[place], &answer);
+                // If the file can no longer be written, this run goes on; a later run repeats the solves.
+                if let Some(Ok(mut file)) = file.map(Mutex::lock) {
+                    let _ = file.write_all(line(&thetas[place], &answer).as_bytes());
+                }
                 (keys[place].clone(), answer)
             };
             let answers: Vec<_> = chunk.par_iter().map(solve).collect();
@@ -182,15 +185,6 @@ impl<'f> Solves<'f> {
             _ => return Ok(()),
         };
         Err(CalibrateError::NoPosterior(why))
-    }
-}
-
-/// Appends an answer. If the file can no longer be written, this run goes on; a later run repeats the solves.
-fn keep(file: Option<&Mutex<File>>, theta: &[f64], answer: &Answer) {
-    if let Some(file) = file
-        && let Ok(mut file) = file.lock()
-    {
-        let _ = file.write_all(line(theta, answer).as_bytes());
     }
 }
 

@@ -174,7 +174,12 @@ pub(crate) fn train(
         features::geometry(body, levels, motions, session.options.seed)
     })?;
     record.virtual_nodes.clone_from(&geometry.topology.roots_per_layer);
-    let training = plan.samples().collect();
+    let sample = |(index, theta): (usize, &Vec<f64>)| Sample {
+        geometry: 0,
+        theta: theta.clone(),
+        displacement: plan.fields.map(|fields| fields[index].clone()).unwrap_or_default(),
+    };
+    let training = plan.thetas.iter().enumerate().map(sample).collect();
     let mut data = DataSet { geometries: Vec::new(), training, validation: Vec::new() };
     let (starts, anchors) = (session.options.start.is_some(), session.options.anchors);
     // Further anchors stand about a solved state.
@@ -262,16 +267,6 @@ fn stages(
     }
     scale(&mut stages, session.options.budget, session.simulate_s);
     (coordinates, training)
-}
-
-impl Plan<'_> {
-    fn samples(&self) -> impl Iterator<Item = Sample> {
-        self.thetas.iter().enumerate().map(|(index, theta)| Sample {
-            geometry: 0,
-            theta: theta.clone(),
-            displacement: self.fields.map(|fields| fields[index].clone()).unwrap_or_default(),
-        })
-    }
 }
 
 /// A new trainer, one that starts from what another run has learned, or the one of the checkpoint.

@@ -303,7 +303,7 @@ impl Pass<'_> {
                 }
                 let mut input = vec![0.0; source.values.len()];
                 let weight = Panels::transposed(source.weight(self.parameters), hidden);
-                multiply_in_parallel(&product, hidden, &weight, source.width, &mut input);
+                multiply_in_parallel(&product, &weight, &mut input);
                 input
             }));
         }

@@ -69,29 +69,18 @@ impl Source<'_> {
         }
         let rows = self.values.len() / self.width;
         let mut product = Buffer::take(rows * hidden);
-        multiply_in_parallel(
-            self.values,
-            self.width,
-            &Panels::new(self.weight(parameters), hidden),
-            hidden,
-            &mut product,
-        );
+        let weight = Panels::new(self.weight(parameters), hidden);
+        multiply_in_parallel(self.values, &weight, &mut product);
         product
     }
 }
 
 /// [`multiply`] spread over threads.
-pub(crate) fn multiply_in_parallel(
-    rows: &[f32],
-    depth: usize,
-    weight: &Panels,
-    columns: usize,
-    output: &mut [f32],
-) {
-    let chunk = tile_rows(output.len() / columns.max(1));
+pub(crate) fn multiply_in_parallel(rows: &[f32], weight: &Panels, output: &mut [f32]) {
+    let chunk = tile_rows(output.len() / weight.columns.max(1));
     output
-        .par_chunks_mut((chunk * columns).max(1))
-        .zip(rows.par_chunks((chunk * depth).max(1)))
+        .par_chunks_mut((chunk * weight.columns).max(1))
+        .zip(rows.par_chunks((chunk * weight.depth).max(1)))
         .for_each(|(output, rows)| multiply(rows, weight, Start::Zero, output));
 }
 
