@@ -159,15 +159,12 @@ impl Identifiability {
     /// Sentences about directions, linearised at the mode.
     pub fn directions_in_words(&self) -> Vec<String> {
         let count = self.names.len();
-        let mut said = vec![match self.identified() {
-            0 => format!("The data identify none of the {count} directions of the parameters."),
-            identified if identified == count => {
-                format!("The data identify all {count} directions of the parameters.")
-            }
-            identified => {
-                format!("The data identify {identified} of {count} directions of the parameters.")
-            }
-        }];
+        let which = match self.identified() {
+            0 => format!("none of the {count}"),
+            identified if identified == count => format!("all {count}"),
+            identified => format!("{identified} of {count}"),
+        };
+        let mut said = vec![format!("The data identify {which} directions of the parameters.")];
         for (value, direction) in self.spectrum.iter().zip(&self.directions) {
             let narrowed = narrowing(*value);
             let verdict = match Identified::of(narrowed) {

@@ -26,8 +26,10 @@ pub struct Solves<'f> {
     file: Option<Mutex<File>>,
     told: Box<Told<'f>>,
     started: Instant,
-    budget: Option<Duration>,
-    stopped: Arc<AtomicBool>,
+    /// Time after which it ends with an error.
+    pub budget: Option<Duration>,
+    /// Flag that ends it with an error.
+    pub stopped: Arc<AtomicBool>,
     /// Answers that were asked for, those of a file included.
     asked: std::collections::HashSet<Vec<u64>>,
 }
@@ -45,18 +47,6 @@ impl<'f> Solves<'f> {
             stopped: Arc::default(),
             asked: Default::default(),
         }
-    }
-
-    /// Ends with an error when this time is over.
-    pub fn within(mut self, budget: Option<Duration>) -> Self {
-        self.budget = budget;
-        self
-    }
-
-    /// Ends with an error when the flag is set.
-    pub fn until(mut self, stopped: Arc<AtomicBool>) -> Self {
-        self.stopped = stopped;
-        self
     }
 
     /// Writes each answer with its checksum to a file at once, which no other run may write then. With `resume`, the answers of an

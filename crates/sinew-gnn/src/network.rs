@@ -294,9 +294,7 @@ fn trainer(
             Surrogate::new(&sizes, data, scales, config.seed, &device)?
         }
     };
-    let trainer = Trainer::new(surrogate, data.clone(), objective, config.clone())?;
-    Ok(match checkpoint {
-        Some(folder) => trainer.with_checkpoints(folder),
-        None => trainer,
-    })
+    let mut trainer = Trainer::new(surrogate, data.clone(), objective, config.clone())?;
+    trainer.checkpoints = checkpoint.map(Path::to_path_buf);
+    Ok(trainer)
 }

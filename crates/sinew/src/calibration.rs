@@ -40,7 +40,9 @@ pub fn observed<'f>(forward: &'f dyn Forward, observer: &'f mut dyn Observer) ->
             stop.store(true, Ordering::Relaxed);
         }
     };
-    Solves::new(forward, Box::new(told)).until(stopped)
+    let mut solves = Solves::new(forward, Box::new(told));
+    solves.stopped = stopped;
+    solves
 }
 
 /// Groups of draws for arviz, in the units that people read: parameters, volumes in all states, data.

@@ -55,7 +55,8 @@ impl<'p> PatientBuilder<'p> {
         mut self,
         settings: impl IntoIterator<Item = (N, S)>,
     ) -> Self {
-        self.settings = settings.into_iter().map(|(name, value)| (name.into(), value.into())).collect();
+        self.settings =
+            settings.into_iter().map(|(name, value)| (name.into(), value.into())).collect();
         self
     }
 
@@ -65,7 +66,8 @@ impl<'p> PatientBuilder<'p> {
         name: impl Into<String>,
         settings: impl IntoIterator<Item = (N, S)>,
     ) -> Self {
-        let settings = settings.into_iter().map(|(name, value)| (name.into(), value.into())).collect();
+        let settings =
+            settings.into_iter().map(|(name, value)| (name.into(), value.into())).collect();
         self.phases.push((name.into(), settings));
         self
     }

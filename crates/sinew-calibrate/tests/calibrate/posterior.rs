@@ -398,7 +398,8 @@ fn a_flag_ends_a_calibration() {
     let flag = stopped.clone();
     // After the first solves.
     let told = move |_: &str, done: usize, _: usize| flag.store(done > 0, Ordering::Relaxed);
-    let mut solves = Solves::new(&Sphere, Box::new(told)).until(stopped);
+    let mut solves = Solves::new(&Sphere, Box::new(told));
+    solves.stopped = stopped;
     let error = calibrate(&problem, &mut solves, &CalibrateOptions::default()).unwrap_err();
     assert!(matches!(error, CalibrateError::NoPosterior(_)), "{error}");
     assert!(error.to_string().starts_with("interrupted during "), "{error}");

@@ -61,7 +61,8 @@ impl Trainer {
         trainer.optimiser = run.optimiser;
         trainer.progress = run.progress;
         trainer.best = best;
-        Ok(trainer.with_checkpoints(directory))
+        trainer.checkpoints = Some(directory.into());
+        Ok(trainer)
     }
 
     /// Writes weights, optimiser, position and random state to `directory`, replacing what is there at once.

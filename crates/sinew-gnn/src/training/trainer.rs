@@ -30,7 +30,8 @@ pub struct Trainer {
     pub(super) emulator: GraphNetwork,
     pub(super) optimiser: Optimiser,
     pub(super) sampler: Sampler,
-    pub(super) config: TrainingConfig,
+    /// Settings of the run; another peak of the learning rate may follow a divergence.
+    pub config: TrainingConfig,
     pub(super) progress: RunState,
     pub(super) best: Option<Best>,
     pub(super) objective: Box<dyn Objective>,
@@ -40,7 +41,8 @@ pub struct Trainer {
     lifted: Vec<GeometryTensors>,
     /// Embeddings of all geometries by a frozen encoder; empty before, and after a return to other weights.
     pub(super) frozen: Vec<Embedding>,
-    pub(super) checkpoints: Option<PathBuf>,
+    /// Folder that a checkpoint is written to at every evaluation.
+    pub checkpoints: Option<PathBuf>,
 }
 
 /// The best weights so far, with the history of the optimiser that made them.
@@ -110,18 +112,6 @@ impl Trainer {
             objective,
             data,
         })
-    }
-
-    /// Another peak of the learning rate, as after a divergence.
-    pub fn with_learning_rate(mut self, learning_rate: f64) -> Self {
-        self.config.learning_rate = learning_rate;
-        self
-    }
-
-    /// Writes a checkpoint to `directory` at every evaluation.
-    pub fn with_checkpoints(mut self, directory: impl Into<PathBuf>) -> Self {
-        self.checkpoints = Some(directory.into());
-        self
     }
 
     /// Trains until the budget is spent or the observer breaks.

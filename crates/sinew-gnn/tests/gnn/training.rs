@@ -146,7 +146,8 @@ fn a_resumed_run_continues_bit_for_bit() {
 
             let place = folder.path().join("checkpoint");
             let mut first = StopAfter { steps: 10, losses: vec![] };
-            let mut killed = trainer(&data, &device, config).with_checkpoints(&place);
+            let mut killed = trainer(&data, &device, config);
+            killed.checkpoints = Some(place.clone());
             assert!(killed.run(&mut first).unwrap().interrupted);
             drop(killed);
 

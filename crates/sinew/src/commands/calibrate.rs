@@ -101,9 +101,9 @@ impl Calibrate {
         let folder = folder.join("calibrate");
         std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
         let mut terminal = Terminal::default();
-        let solves = observed(&patient, &mut terminal).within(self.budget);
+        let mut solves = observed(&patient, &mut terminal);
+        solves.budget = self.budget;
         if self.check {
-            let mut solves = solves;
             let found = check_identifiability(&prepared.problem, &mut solves);
             let verdict =
                 found.as_ref().ok().map(|(mode, seen)| seen.verdict(&prepared.problem, mode));
