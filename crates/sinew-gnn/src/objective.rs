@@ -5,7 +5,7 @@ mod gradient_fit;
 mod minimum_potential;
 
 pub use data_fit::DataFit;
-pub use gradient_fit::{DataFitWithGradient, GradientOperator};
+pub use gradient_fit::GradientOperator;
 pub use minimum_potential::{MinimumPotential, Potential};
 
 use burn::tensor::Tensor;
