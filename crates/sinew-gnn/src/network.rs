@@ -4,8 +4,9 @@ mod course;
 
 use crate::budget::scale;
 use crate::{
-    Backend, DataSet, Decoding, FixedGeometry, Geometry, GraphNetworkConfig, Objective,
-    OutputCoordinates, Result, Sample, Surrogate, TrainingConfig, coordinates, features,
+    Backend, DataSet, Decoding, Error, FixedGeometry, Geometry, GraphNetworkConfig,
+    NetworkPrediction, Objective, OutputCoordinates, Result, Sample, Surrogate, TrainingConfig,
+    coordinates, features,
 };
 use course::Course;
 use serde::{Deserialize, Serialize};
@@ -103,13 +104,11 @@ fn load(folder: &Path, _: &Body) -> sinew_emulate::Result<Box<dyn Predictor>> {
 fn displacement(
     body: &Body,
     thetas: &[Vec<f64>],
-    predicted: crate::error::Result<crate::fixed::NetworkPrediction>,
+    predicted: Result<NetworkPrediction>,
 ) -> sinew_emulate::Result<Vec<f64>> {
     match predicted {
         Ok(predicted) => Ok(predicted.displacement),
-        Err(crate::error::Error::PredictionNotFinite { sample }) => {
-            Err(not_finite(body, &thetas[sample]))
-        }
+        Err(Error::PredictionNotFinite { sample }) => Err(not_finite(body, &thetas[sample])),
         Err(other) => Err(other.into()),
     }
 }

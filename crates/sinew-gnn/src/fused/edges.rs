@@ -35,10 +35,8 @@ impl EdgeTopology {
         receivers: &[usize],
     ) -> Result<Arc<Self>, IndexError> {
         if senders.len() != receivers.len() {
-            return Err(IndexError::UnpairedEdges {
-                senders: senders.len(),
-                receivers: receivers.len(),
-            });
+            let [senders, receivers] = [senders, receivers].map(<[usize]>::len);
+            return Err(IndexError::UnpairedEdges { senders, receivers });
         }
         let (senders, receivers) = (check(senders, nodes)?, check(receivers, nodes)?);
         let (received, sent) = (inverse(&receivers, nodes), inverse(&senders, nodes));

@@ -51,12 +51,10 @@ impl Objective for DataFit {
     fn check(&self, data: &DataSet) -> Result<()> {
         data.training.iter().chain(&data.validation).try_for_each(|sample| {
             let geometry = data.geometries.get(sample.geometry);
-            let degrees_of_freedom = geometry.map_or(0, |body| body.dirichlet.prescribed.len());
-            require_count(
-                "displacement values of a sample (data-driven training needs a simulation of each)",
-                sample.displacement.len(),
-                degrees_of_freedom,
-            )
+            let expected = geometry.map_or(0, |body| body.dirichlet.prescribed.len());
+            let what =
+                "displacement values of a sample (data-driven training needs a simulation of each)";
+            require_count(what, sample.displacement.len(), expected)
         })?;
         let Some((_, operators)) = &self.gradients else { return Ok(()) };
         require_count("gradient operators", operators.len(), data.geometries.len())?;

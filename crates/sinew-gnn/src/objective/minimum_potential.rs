@@ -80,12 +80,9 @@ impl Objective for MinimumPotential {
     fn check(&self, data: &DataSet) -> Result<()> {
         require_count("potentials", self.potentials.len(), data.geometries.len())?;
         self.potentials.iter().zip(&data.geometries).try_for_each(|(potential, geometry)| {
-            let expected = geometry.dirichlet.prescribed.len();
-            require_count(
-                "degrees of freedom of a potential",
-                potential.degrees_of_freedom(),
-                expected,
-            )
+            let (found, expected) =
+                (potential.degrees_of_freedom(), geometry.dirichlet.prescribed.len());
+            require_count("degrees of freedom of a potential", found, expected)
         })?;
         let samples = data.training.iter().chain(&data.validation).enumerate();
         for (sample, Sample { geometry, theta, .. }) in samples {

@@ -60,15 +60,11 @@ impl Trainer {
 
     /// Puts the kept weights into the surrogate; their step, and their error where one was found.
     pub(super) fn keep_best(&mut self) -> (usize, Option<f64>) {
-        match &self.best {
-            Some(best) => {
-                self.surrogate.emulator = best.emulator.clone();
-                (best.step, Some(best.error))
-            }
-            None => {
-                self.surrogate.emulator = self.emulator.valid();
-                (self.progress.clock.step, None)
-            }
-        }
+        let (emulator, kept) = match &self.best {
+            Some(best) => (best.emulator.clone(), (best.step, Some(best.error))),
+            None => (self.emulator.valid(), (self.progress.clock.step, None)),
+        };
+        self.surrogate.emulator = emulator;
+        kept
     }
 }
