@@ -151,10 +151,8 @@ impl Problem {
             let slope = datum.slope(observed.values[datum.observable]);
             (0..theta.len()).map(|at| row[at] * theta[at] * moments[at][1] * slope).collect()
         };
-        let slopes = match observed.jacobian.is_empty() {
-            true => Vec::new(),
-            false => self.data.iter().map(row).collect(),
-        };
+        let told = self.data.iter().filter(|_| !observed.jacobian.is_empty());
+        let slopes = told.map(row).collect();
         let values = self.scaled(&observed.values).as_slice().to_vec();
         Sample { x: x.collect(), values, slopes, weight }
     }

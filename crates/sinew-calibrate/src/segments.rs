@@ -3,6 +3,7 @@
 use crate::error::{PatientError, Result};
 use sinew_energy::listed;
 use sinew_mesh::AnyMesh;
+use sinew_num::ascending;
 
 /// Segments of a mesh: each cell belongs to one or to none.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,9 +51,7 @@ impl Segments {
             return Err(refuse(&format!("has the value {value}, which is no integer")));
         }
         let values: Vec<i64> = rows.iter().map(|[value]| *value as i64).collect();
-        let mut present: Vec<i64> = values.iter().copied().filter(|value| *value >= 0).collect();
-        present.sort_unstable();
-        present.dedup();
+        let present = ascending(values.iter().copied().filter(|value| *value >= 0));
         if present.is_empty() {
             return Err(refuse("has no value that is not negative"));
         }

@@ -32,10 +32,7 @@ const PASS_COST: f64 = 300.0;
 const DECODER_COST: f64 = 33.0;
 
 fn steps_of(config: &TrainingConfig) -> f64 {
-    match config.budget {
-        Length::Steps(steps) => steps as f64,
-        Length::Seconds(_) => 0.0,
-    }
+    if let Length::Steps(steps) = config.budget { steps as f64 } else { 0.0 }
 }
 
 /// Cost of a training in decoded parameter sets.

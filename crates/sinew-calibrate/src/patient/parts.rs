@@ -111,10 +111,7 @@ impl Solve<'_, '_> {
                 return Err(StateError::Unstable { phase, negative_pivots });
             }
         }
-        let slopes = match derivatives {
-            true => self.slopes(&rest, &phases)?,
-            false => Vec::new(),
-        };
+        let slopes = if derivatives { self.slopes(&rest, &phases)? } else { Vec::new() };
         let mut moved = vec![vec![0.0; rest.motion.len()], rest.motion.clone()];
         moved.extend(phases.iter().map(|phase| -> Vec<f64> {
             phase.displacement.iter().zip(&rest.motion).map(|(u, w)| u + w).collect()
@@ -135,10 +132,7 @@ impl Solve<'_, '_> {
             let options = UnloadOptions { iterations, accuracy, load: None, ..Default::default() };
             unload.solve_near(&predicted[1], &values, &options).ok()
         });
-        let found = match near {
-            Some(found) => found,
-            None => unload.solve(&values, &UnloadOptions::default())?,
-        };
+        let found = near.map_or_else(|| unload.solve(&values, &UnloadOptions::default()), Ok)?;
         let (body, motion) = (found.rest.clone(), found.motion.clone());
         Ok(Rest { body, motion, found: Some(found) })
     }

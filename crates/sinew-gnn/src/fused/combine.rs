@@ -20,10 +20,7 @@ use burn::tensor::{Shape, Tensor};
 /// When the shapes differ.
 pub fn sum(a: Tensor<2>, b: Tensor<2>) -> Tensor<2> {
     assert_eq!(a.dims(), b.dims(), "tensors of a sum must have one shape");
-    match is_on_host(&a) {
-        true => apply(Sum, vec![a.into_dispatch(), b.into_dispatch()]),
-        false => a + b,
-    }
+    if is_on_host(&a) { apply(Sum, vec![a.into_dispatch(), b.into_dispatch()]) } else { a + b }
 }
 
 #[derive(Clone, Debug)]
