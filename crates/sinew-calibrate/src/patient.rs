@@ -13,7 +13,7 @@ use crate::observables::Quantity;
 use crate::{Forward, ForwardError, Observable, Observed};
 use anchor::Anchor;
 use parts::Parts;
-use sinew_energy::Body;
+use sinew_energy::{Body, Fibres};
 use sinew_fem::ThinWall;
 use sinew_num::dot;
 use std::sync::{Arc, OnceLock, RwLock};
@@ -67,7 +67,18 @@ pub struct Patient<'p> {
 impl<'p> Patient<'p> {
     /// A patient of a body that was lowered on the image; its pressures may act on surfaces with a loose rim.
     pub fn of(image: &'p Body) -> PatientBuilder<'p> {
-        PatientBuilder::of(image)
+        PatientBuilder {
+            image,
+            parameters: Vec::new(),
+            settings: Vec::new(),
+            phases: Vec::new(),
+            fibres: Some(Fibres::Carried),
+            start: None,
+            wall: None,
+            segments: None,
+            observables: Vec::new(),
+            accuracy: 0.0,
+        }
     }
 
     /// The body on the image.

@@ -16,34 +16,31 @@ type Settings = Vec<(String, Setting)>;
 /// Collects what a [`Patient`] is made of.
 #[derive(Clone, Debug)]
 pub struct PatientBuilder<'p> {
-    image: &'p Body,
-    parameters: Vec<String>,
-    settings: Settings,
-    phases: Vec<(String, Settings)>,
-    fibres: Option<Fibres>,
-    start: Option<Vec<f64>>,
-    wall: Option<&'p WallCoordinates>,
-    segments: Option<&'p Segments>,
-    observables: Vec<Observable>,
-    accuracy: f64,
+    /// The body on the image.
+    pub image: &'p Body,
+    /// Names of the parameters.
+    pub parameters: Vec<String>,
+    /// Values of the body's other entries of θ in the image.
+    pub settings: Settings,
+    /// States under other loads or tensions.
+    pub phases: Vec<(String, Settings)>,
+    /// Convention of the fibres where the image is unloaded, carried with the tissue unless told; none where the image is the body at
+    /// rest.
+    pub fibres: Option<Fibres>,
+    /// θ of the anchor, from which other θ are predicted, best near their middle. The default is the middle of the body's
+    /// ranges, and 1 for the patient's other parameters.
+    pub start: Option<Vec<f64>>,
+    /// Coordinates of the wall, for circumferential, longitudinal and radial directions.
+    pub wall: Option<&'p WallCoordinates>,
+    /// Segments that strains are averaged over.
+    pub segments: Option<&'p Segments>,
+    /// The observables.
+    pub observables: Vec<Observable>,
+    /// Unbalanced forces that are enough for a state \[relative to loads and reactions\]; 0, the default, is what rounding errors amount to.
+    pub accuracy: f64,
 }
 
 impl<'p> PatientBuilder<'p> {
-    pub(super) fn of(image: &'p Body) -> Self {
-        Self {
-            image,
-            parameters: Vec::new(),
-            settings: Vec::new(),
-            phases: Vec::new(),
-            fibres: Some(Fibres::Carried),
-            start: None,
-            wall: None,
-            segments: None,
-            observables: Vec::new(),
-            accuracy: 0.0,
-        }
-    }
-
     /// Names of the parameters: entries of θ of the body that are the same in all states, and names that settings multiply by.
     pub fn parameters<S: Into<String>>(mut self, names: impl IntoIterator<Item = S>) -> Self {
         self.parameters = names.into_iter().map(Into::into).collect();
@@ -69,43 +66,6 @@ impl<'p> PatientBuilder<'p> {
         let settings =
             settings.into_iter().map(|(name, value)| (name.into(), value.into())).collect();
         self.phases.push((name.into(), settings));
-        self
-    }
-
-    /// Convention of the fibres where the image is unloaded; carried with the tissue unless told.
-    pub fn fibres(mut self, fibres: Fibres) -> Self {
-        self.fibres = Some(fibres);
-        self
-    }
-
-    /// Takes the image as the body at rest.
-    pub fn image_is_at_rest(mut self) -> Self {
-        self.fibres = None;
-        self
-    }
-
-    /// θ of the anchor, from which other θ are predicted, best near their middle. The default is the middle of the body's
-    /// ranges, and 1 for the patient's other parameters.
-    pub fn start(mut self, theta: &[f64]) -> Self {
-        self.start = Some(theta.to_vec());
-        self
-    }
-
-    /// Unbalanced forces that are enough for a state \[relative to loads and reactions\]; 0, the default, is what rounding errors amount to.
-    pub fn accuracy(mut self, accuracy: f64) -> Self {
-        self.accuracy = accuracy;
-        self
-    }
-
-    /// Coordinates of the wall, for circumferential, longitudinal and radial directions.
-    pub fn wall(mut self, wall: &'p WallCoordinates) -> Self {
-        self.wall = Some(wall);
-        self
-    }
-
-    /// Segments that strains are averaged over.
-    pub fn segments(mut self, segments: &'p Segments) -> Self {
-        self.segments = Some(segments);
         self
     }
 

@@ -97,10 +97,9 @@ fn hexahedra_have_strains_in_segments_of_a_field() {
         .lower()
         .unwrap();
     let none: [(&str, f64); 0] = [];
-    let patient = Patient::of(&body)
+    let patient = PatientBuilder { segments: Some(&segments), ..Patient::of(&body) }
         .parameters(["a", "b", "a_f", "b_f"])
         .phase("as in the image", none)
-        .segments(&segments)
         .observe_strains(&segments, sinew_calibrate::Direction::Fibre, "rest", "image")
         .observe_strains(&segments, sinew_calibrate::Direction::Fibre, "image", "as in the image")
         .build()
