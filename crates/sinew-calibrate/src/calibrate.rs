@@ -97,7 +97,7 @@ pub fn calibrate(
     let design: Vec<_> = design.iter().map(|y| problem.theta(y)).collect();
     let among: Vec<_> =
         std::iter::once(&modes[0].theta).chain(design.iter().take(AMONG)).cloned().collect();
-    solves.expect_among(&among);
+    solves.forward.expect_among(&among);
     solves.at("design points", &design, true)?;
     check_reach(problem, solves, &modes[0])?;
     let starts: Vec<Vec<f64>> = modes.iter().map(|mode| mode.y.clone()).collect();

@@ -69,11 +69,6 @@ impl Segments {
         &self.of_cell
     }
 
-    /// Number of cells of the mesh.
-    pub(crate) fn cell_count(&self) -> usize {
-        self.of_cell.len()
-    }
-
     /// Cells of a segment, ascending.
     ///
     /// # Errors

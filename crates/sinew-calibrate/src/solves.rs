@@ -21,7 +21,7 @@ const AT_ONCE: usize = 16;
 
 /// A forward model whose answers are remembered.
 pub struct Solves<'f> {
-    forward: &'f dyn Forward,
+    pub(crate) forward: &'f dyn Forward,
     found: HashMap<Vec<u64>, Answer>,
     file: Option<Mutex<File>>,
     told: Box<Told<'f>>,
@@ -117,11 +117,6 @@ impl<'f> Solves<'f> {
             Some((theta(key), observed))
         };
         keys.into_iter().filter_map(with).collect()
-    }
-
-    /// Tells the model of θ that most later ones lie among, the centre first.
-    pub(crate) fn expect_among(&self, thetas: &[Vec<f64>]) {
-        self.forward.expect_among(thetas);
     }
 
     /// Answers at many θ in their order, whatever the number of threads; those that are known as they are.

@@ -98,11 +98,6 @@ impl WallCoordinates {
         Ok(self)
     }
 
-    /// Number of cells.
-    pub(crate) fn cell_count(&self) -> usize {
-        self.frames.len()
-    }
-
     /// A unit vector of a cell.
     ///
     /// # Panics

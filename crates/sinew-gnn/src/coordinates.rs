@@ -34,13 +34,6 @@ pub enum OutputCoordinates {
     MotionsAfter(TrainingConfig),
 }
 
-impl OutputCoordinates {
-    /// Whether virtual nodes are read too, which then form clusters up to the whole body.
-    pub(crate) fn are_motions(&self) -> bool {
-        !matches!(self, Self::Components | Self::Simulations)
-    }
-}
-
 /// Energy of unit outputs about rest [relative to the energy of the linear response], found by trial.
 pub(crate) const FIRST_SHARE: f64 = 9.0;
 

@@ -167,9 +167,10 @@ pub(crate) fn train(
     let body = session.body;
     let mut prepare_s = 0.0;
     let mut geometry = timed(&mut prepare_s, || {
-        let (levels, motions) =
-            (plan.network.virtual_nodes.as_deref(), plan.coordinates.are_motions());
-        features::geometry(body, levels, motions, session.options.seed)
+        // Rigid motions read virtual nodes too, which then form clusters up to the whole body.
+        let (levels, own) = (plan.network.virtual_nodes.as_deref(), plan.coordinates);
+        let plain = matches!(own, OutputCoordinates::Components | OutputCoordinates::Simulations);
+        features::geometry(body, levels, !plain, session.options.seed)
     })?;
     record.virtual_nodes.clone_from(&geometry.topology.roots_per_layer);
     let sample = |(index, theta): (usize, &Vec<f64>)| Sample {

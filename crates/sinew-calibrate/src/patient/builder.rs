@@ -256,8 +256,8 @@ impl<'p> PatientBuilder<'p> {
             PatientError::Input("strains are averaged over segments; give the patient some".into())
         })?;
         let (cells, points) = (body.cell_count(), body.points_per_cell);
-        let wall = self.wall.map(|wall| ("coordinates of the wall", wall.cell_count()));
-        let mut given = std::iter::once(("segments", segments.cell_count())).chain(wall);
+        let wall = self.wall.map(|wall| ("coordinates of the wall", wall.heights.len()));
+        let mut given = std::iter::once(("segments", segments.of_cell().len())).chain(wall);
         if let Some((what, given)) = given.find(|(_, given)| *given != cells) {
             return Err(PatientError::Input(format!(
                 "the {what} are of {given} cells, the body has {cells}; make them of the mesh that was lowered"

@@ -84,16 +84,6 @@ impl<const D: usize> Fit<D> {
 }
 
 impl<const D: usize> Model<D> {
-    /// Model with noise of this standard deviation on equations that were exact.
-    pub(crate) fn with_noise(mut self, sigma: f64) -> Self {
-        let exact =
-            |g: &&mut Compiled<D>| g.given.operator.is_none() && g.given.noise == Noise::Exact;
-        for group in self.groups.iter_mut().filter(exact) {
-            group.given.noise = Noise::Known(sigma);
-        }
-        self
-    }
-
     /// Groups of values of the right-hand side.
     fn equations(&self) -> impl Iterator<Item = &Compiled<D>> {
         self.groups
