@@ -155,7 +155,7 @@ pub use graph_network::{Embedding, GraphNetwork, Output};
 pub use network::{KINDS, Network};
 pub use objective::{Batch, DataFit, GradientOperator, MinimumPotential, Objective, Potential};
 pub use optimiser::{MuonConfig, OptimiserConfig};
-pub use recipe::{Recipe, train};
+pub use recipe::Recipe;
 pub use schedule::Schedule;
 pub use surrogate::{Scales, Surrogate};
 pub use training::{

@@ -88,7 +88,7 @@ impl Recipe {
         options: &TrainingOptions,
         observer: &mut dyn Observer,
     ) -> sinew_emulate::Result<Emulator<'b>> {
-        train(self, body, options, observer)
+        train_with(self, body, options, observer, KINDS)
     }
 
     /// Cost of the recipe's own training steps, in decoded parameter sets: what a budget is shared by between recipes. Zero
@@ -168,19 +168,6 @@ impl Train for Recipe {
         .map(|network| Box::new(network) as Box<dyn Predictor>)
         .map_err(Into::into)
     }
-}
-
-/// Trains as [`Recipe::train`] does, by any recipe: a finished run may have left a network.
-///
-/// # Errors
-/// As [`sinew_emulate::train`].
-pub fn train<'b>(
-    recipe: &dyn Train,
-    body: &'b Body,
-    options: &TrainingOptions,
-    observer: &mut dyn Observer,
-) -> sinew_emulate::Result<Emulator<'b>> {
-    train_with(recipe, body, options, observer, KINDS)
 }
 
 macro_rules! from_recipe {
