@@ -40,7 +40,7 @@ impl Trainer {
         let history = &self.progress.history;
         let until = match (thoroughness, &self.best) {
             // Evaluations after the kept weights do not count.
-            (Thoroughness::AllSamples, Some(best)) => {
+            (Thoroughness::AllSamples, Some((best, _))) => {
                 history.partition_point(|point| point.step <= best.step)
             }
             _ => history.len(),

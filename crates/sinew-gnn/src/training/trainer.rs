@@ -33,7 +33,7 @@ pub struct Trainer {
     /// Settings of the run; another peak of the learning rate may follow a divergence.
     pub config: TrainingConfig,
     pub(super) progress: RunState,
-    pub(super) best: Option<Best>,
+    pub(super) best: Option<(Best, GraphNetwork)>,
     pub(super) objective: Box<dyn Objective>,
     pub(super) data: DataSet,
     /// Mean training loss of a network without outputs, once it was needed.
@@ -45,13 +45,15 @@ pub struct Trainer {
     pub checkpoints: Option<PathBuf>,
 }
 
-/// The best weights so far, with the history of the optimiser that made them.
+/// Record of the best weights so far, with the history of the optimiser that made them.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(super) struct Best {
     /// The observer's error, or the validation loss.
     pub error: f64,
     pub step: usize,
-    pub emulator: GraphNetwork,
     pub optimiser: Optimiser,
+    /// Rows of the embeddings that are weights, see [`GraphNetwork::embedded_nodes`].
+    pub embedded_nodes: Vec<Vec<usize>>,
 }
 
 /// Counters of a run that a checkpoint keeps.
