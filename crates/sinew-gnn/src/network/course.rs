@@ -162,15 +162,7 @@ impl crate::training::TrainingObserver for Watch<'_, '_, '_, '_> {
     fn evaluate(&mut self, surrogate: &Surrogate, point: &HistoryPoint) -> Result<Option<f64>> {
         let (steps, seconds) = self.course.before;
         let (step, train_s) = (steps + point.step as u64, seconds + point.seconds);
-        let mut point = CurvePoint {
-            step,
-            train_s,
-            loss: point.loss,
-            medians: None,
-            energy_excess_pct: None,
-            error: None,
-            inverted: 0,
-        };
+        let mut point = CurvePoint { step, train_s, loss: point.loss, ..CurvePoint::default() };
         let held_out = self.course.plan.held_out;
         let found = match surrogate.predict(self.geometry, &held_out.thetas) {
             Ok(prediction) => {
