@@ -66,7 +66,7 @@ pub fn in_words(prepared: &Prepared, posterior: &Posterior) -> Vec<String> {
     let doubts = posterior.predictive.in_words();
     lines.extend(doubts.iter().map(|line| format!("  warning: {line}")));
     let found = &posterior.correction;
-    let [r_hat, bulk, tail] = posterior.mixing();
+    let [r_hat, bulk, tail] = posterior.coordinates.mixing();
     lines.push(format!(
         "  R̂ {r_hat:.3}, {bulk:.0} effective draws in the bulk and {tail:.0} in the tails, {} solves, {:.1} s",
         found.solves, found.seconds
@@ -101,7 +101,7 @@ pub fn volumes_in_words(prepared: &Prepared, posterior: &Posterior) -> Vec<Strin
         posterior.problem.data.iter().all(|datum| datum.observable != seen.observable)
     });
     let line = |seen: &Reported| {
-        let draws = posterior.observable(seen.observable).concat();
+        let draws = posterior.observed.parameter(seen.observable).concat();
         let [low, middle, high] =
             [0.025, 0.5, 0.975].map(|share| digits(quantile(&draws, share) / seen.size, 4));
         let unit = seen.unit;

@@ -92,7 +92,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let mut solves = Solves::new(&patient, Box::new(told));
     let posterior =
         calibrate(&problem, &mut solves, &CalibrateOptions { seed, ..Default::default() })?;
-    let (c, [r_hat, bulk, tail]) = (&posterior.correction, posterior.mixing());
+    let (c, [r_hat, bulk, tail]) = (&posterior.correction, posterior.coordinates.mixing());
     println!(
         "{} solves, {:.1} s of processor time, {:.1} s on {} threads; {} rounds, k̂ {:.2}, share {:.2}, accepted {:.3}, R̂ {r_hat:.3}, \
          {bulk:.0} effective draws in the bulk and {tail:.0} in the tails",

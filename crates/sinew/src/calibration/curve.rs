@@ -55,7 +55,8 @@ impl Curve {
         };
         let name = format!("volume of {cavity} at rest");
         let rest = prepared.reported.iter().find(|seen| seen.name == name);
-        let rest = rest.map(|seen| quantiles(posterior.observable(seen.observable).concat()));
+        let rest =
+            rest.map(|seen| quantiles(posterior.observed.parameter(seen.observable).concat()));
         let at = |p: usize| quantiles(found.iter().map(|volumes| volumes[p]).collect());
         let (mut pressures, mut volumes) = (Vec::new(), Vec::new());
         if let Some(rest) = rest {
