@@ -2,7 +2,7 @@
 
 use crate::datum::FACTOR_DEVIATION;
 use crate::verify::Verified;
-use crate::{Correction, Identifiability, Identified, Mode, Observed, Predictive, Problem};
+use crate::{Correction, Identifiability, Identified, Mode, Predictive, Problem};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_sample::{
@@ -44,13 +44,11 @@ impl Posterior {
         correction: Correction,
         seed: u64,
     ) -> Self {
-        let (coordinates, seen, acceptance) = verified.sweep(seed);
+        let ([coordinates, observed], acceptance) = verified.sweep(seed);
         let theta = |y: &[f64]| {
             let factors = problem.log_factors(y).into_iter().map(f64::exp);
             problem.theta(y).into_iter().chain(factors).collect()
         };
-        let of = |chain: Vec<Observed>| chain.into_iter().map(|o| o.values).collect();
-        let observed = Chains { draws: seen.into_iter().map(of).collect() };
         let pairs = coordinates.pooled().zip(observed.pooled());
         let pairs: Vec<_> = pairs.map(|(y, o)| (y.as_slice(), o.as_slice())).collect();
         Self {
@@ -59,8 +57,8 @@ impl Posterior {
             correction: Correction { acceptance, ..correction },
             problem: problem.clone(),
             mode: mode.clone(),
-            coordinates: coordinates.clone(),
             draws: coordinates.mapped(theta),
+            coordinates,
             observed,
             seed,
         }
