@@ -86,11 +86,6 @@ impl<'p> Patient<'p> {
         self.parts.image
     }
 
-    /// Names of the parameters.
-    pub fn parameter_names(&self) -> &[String] {
-        &self.parts.parameters
-    }
-
     /// Names of the phases.
     pub fn phases(&self) -> &[String] {
         &self.parts.phases
