@@ -42,17 +42,6 @@ impl Recipe {
         Self::Auto(Auto::default())
     }
 
-    /// Short name for files and tables.
-    pub fn key(&self) -> &'static str {
-        match self {
-            Self::DataDriven(_) => "dd",
-            Self::PhysicsInformed(_) => "pi",
-            Self::Taylor => "taylor",
-            Self::Regression(_) => "regression",
-            Self::Auto(_) => "auto",
-        }
-    }
-
     /// Outputs, sizes and training of its network, where it is one.
     pub(crate) fn network(&self) -> Option<(&OutputCoordinates, &Network, &TrainingConfig)> {
         match self {
@@ -107,7 +96,13 @@ impl Recipe {
 
 impl Train for Recipe {
     fn key(&self) -> &'static str {
-        Self::key(self)
+        match self {
+            Self::DataDriven(_) => "dd",
+            Self::PhysicsInformed(_) => "pi",
+            Self::Taylor => "taylor",
+            Self::Regression(_) => "regression",
+            Self::Auto(_) => "auto",
+        }
     }
 
     fn settings(&self) -> Value {
