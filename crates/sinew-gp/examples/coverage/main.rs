@@ -172,7 +172,7 @@ fn run<const D: usize>(
         evidence: fit.model().evidence(),
         parameters: held(case, &fit, &bound)?,
         u: band(case, &fit)?,
-        warned: !fit.warnings()?.is_empty() || !ensemble.warnings().is_empty(),
+        warned: !fit.warnings()?.is_empty() || !ensemble.warnings.is_empty(),
         by_nuts: ensemble.k_hat.is_none(),
         fit_seconds,
         interval_seconds,

@@ -88,7 +88,7 @@ fn judged<const D: usize>(
     ensemble: &Ensemble<D>,
 ) -> Result<([f64; 2], Vec<String>), GpError> {
     let warnings = fit.warnings()?;
-    let said = warnings.iter().chain(ensemble.warnings()).map(Warning::to_string).collect();
+    let said = warnings.iter().chain(&ensemble.warnings).map(Warning::to_string).collect();
     Ok((ensemble.interval(name, 0.95)?, said))
 }
 
@@ -193,7 +193,7 @@ fn laplace_is_as_wide_as_nuts_or_says_so() -> Result<(), GpError> {
             unsaid += u64::from(!(0.7..1.4).contains(&ratio) && said.is_empty());
         }
         let chosen = ensemble(&fit, 300, seed)?;
-        assert!(chosen.warnings().is_empty() || chosen.k_hat.is_none(), "{:?}", chosen.warnings());
+        assert!(chosen.warnings.is_empty() || chosen.k_hat.is_none(), "{:?}", chosen.warnings);
     }
     assert!(unsaid * 10 <= 3 * sets, "{unsaid} of {} widths differ unsaid", 3 * sets);
     Ok(())
