@@ -66,7 +66,7 @@ impl Network {
         for term in &problem.equation().terms {
             equation[term.derivative.orders[0]] += term.scale;
         }
-        let ends = [problem.domain().lower()[0], problem.domain().upper()[0]];
+        let ends = problem.domain().ends()[0];
         let count = features.iter().map(|(_, free)| if *free { 3 * WIDTH + 1 } else { 1 }).sum();
         let weights = vec![0.0; count];
         let mut network =

@@ -95,8 +95,9 @@ impl<const D: usize> Setting<D> {
     /// Places inside of the domain that bands are judged at.
     pub(crate) fn inside(&self) -> Vec<[f64; D]> {
         let domain = self.problem.domain();
-        let within =
-            |x: &[f64; D]| (0..D).all(|d| domain.lower()[d] < x[d] && x[d] < domain.upper()[d]);
+        let within = |x: &[f64; D]| {
+            domain.ends().iter().zip(x).all(|([lower, upper], x)| lower < x && x < upper)
+        };
         domain.grid(12).into_iter().filter(within).collect()
     }
 
