@@ -50,11 +50,6 @@ impl Default for Network {
 }
 
 impl Network {
-    /// The thesis' sizes (§2.2.4).
-    pub fn thesis() -> Self {
-        Self { width: 128, ..Self::default() }
-    }
-
     /// A network of these sizes for a geometry and so many parameters.
     pub(crate) fn on(&self, geometry: &Geometry, parameters: usize) -> GraphNetworkConfig {
         let Geometry { features, topology, coordinates, .. } = geometry;

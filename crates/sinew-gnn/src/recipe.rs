@@ -12,7 +12,6 @@ pub use data_driven::DataDriven;
 pub use physics_informed::PhysicsInformed;
 pub use sinew_emulate::recipe::{Regression, Taylor};
 
-use crate::budget::cost;
 use crate::{KINDS, Network, OutputCoordinates};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -78,19 +77,6 @@ impl Recipe {
         observer: &mut dyn Observer,
     ) -> sinew_emulate::Result<Emulator<'b>> {
         train_with(self, body, options, observer, KINDS)
-    }
-
-    /// Cost of the recipe's own training steps, in decoded parameter sets: what a budget is shared by between recipes. Zero
-    /// for a regression.
-    pub fn cost(&self) -> f64 {
-        match (self, self.network()) {
-            (Self::Auto(recipe), _) => recipe.rivals.iter().map(Self::cost).sum(),
-            (_, Some((OutputCoordinates::MotionsAfter(first), _, training))) => {
-                cost(first) + cost(training)
-            }
-            (_, Some((_, _, training))) => cost(training),
-            (_, None) => 0.0,
-        }
     }
 }
 
