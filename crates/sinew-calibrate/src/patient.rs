@@ -10,7 +10,7 @@ use states::Result;
 pub use states::{PatientStates, StateError};
 
 use crate::observables::Quantity;
-use crate::{Forward, ForwardError, Observable, Observed};
+use crate::{Forward, ForwardError, Observed};
 use anchor::Anchor;
 use parts::Parts;
 use sinew_energy::{Body, Fibres};
@@ -55,7 +55,6 @@ use std::sync::{Arc, OnceLock, RwLock};
 /// ```
 pub struct Patient<'p> {
     parts: Parts<'p>,
-    observables: Vec<Observable>,
     quantities: Vec<Box<dyn Quantity>>,
     /// θ of the anchor.
     start: Vec<f64>,
@@ -81,24 +80,9 @@ impl<'p> Patient<'p> {
         }
     }
 
-    /// The body on the image.
-    pub fn image(&self) -> &'p Body {
-        self.parts.image
-    }
-
-    /// Names of the phases.
-    pub fn phases(&self) -> &[String] {
-        &self.parts.phases
-    }
-
     /// Whether the wall under a pressure has one layer of linear tetrahedra.
     pub fn thin_wall(&self) -> Option<ThinWall> {
         self.parts.unload.thin_wall()
-    }
-
-    /// The observables, in the order of their values.
-    pub fn seen(&self) -> &[Observable] {
-        &self.observables
     }
 
     /// All states at θ, solved from a prediction about the start; without a start, checked by loading from rest.

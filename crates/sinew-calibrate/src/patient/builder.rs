@@ -101,8 +101,8 @@ impl<'p> PatientBuilder<'p> {
             phase_entries,
             accuracy: self.accuracy,
         };
-        let (observables, anchor, focus) = (self.observables, OnceLock::new(), RwLock::default());
-        Ok(Patient { parts, observables, quantities, start, anchor, focus })
+        let (anchor, focus) = (OnceLock::new(), RwLock::default());
+        Ok(Patient { parts, quantities, start, anchor, focus })
     }
 
     /// Names of the entries of θ of the body.
