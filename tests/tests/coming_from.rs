@@ -11,8 +11,8 @@ use sinew_emulate::Budget;
 use sinew_energy::{Guard, Law, Magnitude, Mat3, Scalar};
 use sinew_fem::{Line, cell_stresses, held_sets, reactions};
 use sinew_gp::{
-    Condition, Data, Domain, Evidence, FitOptions, Formula, Model, Noise, NutsOptions, Prior,
-    Problem, Side, Smoothness, SquaredExponential, constant, laplace, matern, nuts,
+    Condition, Data, Domain, Evidence, FitOptions, Model, Noise, NutsOptions, Prior, Problem, Side,
+    Smoothness, constant, laplace, matern, nuts, squared_exponential,
 };
 use sinew_graph::{AugmentationConfig, augment};
 use sinew_mesh::{box_hexahedra, box_tetrahedra, edges, read_mesh, write_vtu};
@@ -248,9 +248,9 @@ fn gpytorch() -> Result {
     let data = Data::new().values(&x, &y, Noise::Learned);
     let data = data.equation(&string.sample(10, 2)?, &[2.0; 10], Noise::Exact);
 
-    let kernel = SquaredExponential::new();
+    let kernel = squared_exponential();
     let rough = matern(Smoothness::Twice);
-    let both = Formula::from(SquaredExponential::new()).scaled() + rough.scaled();
+    let both = squared_exponential().scaled() + rough.scaled();
     let prior = Prior::constrained(&problem, &kernel)?;
     let model = Model::new(prior, data.averaged(15), Evidence::Auto)?;
     let fit = model.fit(&FitOptions::default())?;

@@ -1,17 +1,14 @@
 //! Calibration: a posterior by an emulator, checked and corrected by the solver.
 
-use crate::CalibrateError;
-use crate::correction::Correction;
-use crate::fault::over_noise;
-use crate::identifiability::Identifiability;
+use crate::fault::{Result, over_noise};
 use crate::likelihood::Target;
-use crate::mode::{self, Mode};
 use crate::polynomial::Polynomial;
-use crate::posterior::Posterior;
 use crate::predictive::UNLIKELY;
-use crate::problem::Problem;
-use crate::solves::Solves;
 use crate::verify::{LEAST_SHARE, MOST_K, Verified};
+use crate::{
+    CalibrateError, Correction, Identifiability, Mode, Posterior, Problem, Solves, mode,
+    noise_in_words,
+};
 use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -92,7 +89,7 @@ pub fn calibrate(
     problem: &Problem,
     solves: &mut Solves,
     options: &CalibrateOptions,
-) -> Result<Posterior, CalibrateError> {
+) -> Result<Posterior> {
     let modes = mode::modes(problem, solves, starts(problem, options))?;
     check_reach(problem, solves, &modes[0])?;
     let about = Laplace::from_precision(&modes[0].y, modes[0].precision.clone())?;
@@ -100,7 +97,7 @@ pub fn calibrate(
     let design: Vec<_> = design.iter().map(|y| problem.theta(y)).collect();
     let among: Vec<_> =
         std::iter::once(&modes[0].theta).chain(design.iter().take(AMONG)).cloned().collect();
-    solves.expect_among(&among);
+    solves.forward.expect_among(&among);
     solves.at("design points", &design, true)?;
     check_reach(problem, solves, &modes[0])?;
     let starts: Vec<Vec<f64>> = modes.iter().map(|mode| mode.y.clone()).collect();
@@ -149,7 +146,7 @@ pub fn calibrate(
 pub fn check_identifiability(
     problem: &Problem,
     solves: &mut Solves,
-) -> Result<(Mode, Identifiability), CalibrateError> {
+) -> Result<(Mode, Identifiability)> {
     let middle = vec![0.0; problem.unknowns.len()];
     let mut mode = mode::modes(problem, solves, vec![middle])?.remove(0);
     let mut seen = Identifiability::new(problem, &mode.information);
@@ -170,11 +167,7 @@ fn starts(problem: &Problem, options: &CalibrateOptions) -> Vec<Vec<f64>> {
 }
 
 /// Coordinates from inflated Laplace approximations of all modes, and from the prior.
-fn design(
-    problem: &Problem,
-    modes: &[Mode],
-    options: &CalibrateOptions,
-) -> Result<Vec<Vec<f64>>, CalibrateError> {
+fn design(problem: &Problem, modes: &[Mode], options: &CalibrateOptions) -> Result<Vec<Vec<f64>>> {
     let mut random = ChaCha8Rng::seed_from_u64(split_seed(options.seed, DESIGN));
     let from_prior = (PRIOR_SHARE * options.design as f64).round() as usize;
     let near = options.design - from_prior.min(options.design);
@@ -230,7 +223,7 @@ fn lengths(problem: &Problem, about: &Laplace) -> Vec<f64> {
 }
 
 /// Refuses chains that disagree about a parameter.
-fn agree(problem: &Problem, chains: &Chains, modes: &[Mode]) -> Result<(), CalibrateError> {
+fn agree(problem: &Problem, chains: &Chains, modes: &[Mode]) -> Result<()> {
     let found = (0..problem.unknowns.len()).map(|at| (chains.summary(at).r_hat, at));
     let (r_hat, at) = found.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((1.0, 0));
     if r_hat < DISAGREE {
@@ -241,13 +234,17 @@ fn agree(problem: &Problem, chains: &Chains, modes: &[Mode]) -> Result<(), Calib
         let named = pairs.map(|(u, t)| format!("{} = {:.3}", u.head(), u.shown(*t)));
         named.collect::<Vec<_>>().join(", ")
     });
-    let at_modes = places.collect::<Vec<_>>().join("; ");
-    let name = problem.unknowns[at].name.clone();
-    Err(CalibrateError::Apart { name, r_hat, modes: modes.len(), at: at_modes })
+    Err(CalibrateError::NoPosterior(format!(
+        "the chains disagree (R̂ {r_hat:.2} for {}); {} modes were found: {}; there is no one answer to these data: \
+         add a datum, narrow a range so that one mode is left, or see whether standard deviations are too small",
+        problem.unknowns[at].name,
+        modes.len(),
+        places.collect::<Vec<_>>().join("; ")
+    )))
 }
 
 /// Refuses a datum that no solve came near.
-fn check_reach(problem: &Problem, solves: &Solves, mode: &Mode) -> Result<(), CalibrateError> {
+fn check_reach(problem: &Problem, solves: &Solves, mode: &Mode) -> Result<()> {
     let answers = solves.answers();
     for (datum, misfit) in problem.data.iter().zip(&mode.misfits) {
         let values = answers.iter().map(|(_, observed)| observed.values[datum.observable]);
@@ -265,14 +262,15 @@ fn check_reach(problem: &Problem, solves: &Solves, mode: &Mode) -> Result<(), Ca
             true => ("below", "smallest", low),
             false => ("above", "largest", high),
         };
-        return Err(CalibrateError::Unreachable {
-            name: datum.name.clone(),
-            value: said(datum.value),
-            side,
-            extreme,
-            reached: said(reached),
-            over_noise: over_noise(&mode.misfits),
-        });
+        let noise =
+            noise_in_words(&mode.misfits).map_or(String::new(), |noise| format!("; {noise}"));
+        return Err(CalibrateError::Input(format!(
+            "{} is {}, {side} every value that the ranges reach: the {extreme} that was found is {}; look at unit, phase and surface of \
+             this datum, at its standard deviation, and at the pressures{noise}",
+            datum.name,
+            said(datum.value),
+            said(reached)
+        )));
     }
     Ok(())
 }

@@ -21,3 +21,17 @@ pub enum PatientError {
     #[error(transparent)]
     Wall(#[from] FibreError),
 }
+
+pub(crate) type Result<T, E = PatientError> = std::result::Result<T, E>;
+
+/// Refuses a direction without length.
+pub(crate) fn check_direction(direction: [f64; 3]) -> Result<()> {
+    let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+    if length > 0.0 && length.is_finite() {
+        return Ok(());
+    }
+    let [x, y, z] = direction;
+    Err(PatientError::Input(format!(
+        "({x}, {y}, {z}) is no direction; give a vector of finite length"
+    )))
+}

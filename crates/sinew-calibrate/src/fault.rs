@@ -33,11 +33,13 @@ fn cause(reached: &Correction) -> String {
     })
 }
 
+pub(crate) type Result<T, E = CalibrateError> = std::result::Result<T, E>;
+
 /// Reason why there is no posterior, with what was reached.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum CalibrateError {
-    /// Data, priors or settings that make no sense.
+    /// Data, priors or settings that make no sense, and a datum that no parameters come near.
     #[error("{0}")]
     Input(String),
     /// No body at rest or no equilibrium at any start.
@@ -46,26 +48,9 @@ pub enum CalibrateError {
          pressure, units and ranges"
     )]
     NoStart { starts: usize, reason: String },
-    /// A datum that no parameters come near.
-    #[error(
-        "{name} is {value}, {side} every value that the ranges reach: the {extreme} that was found is {reached}; look at unit, phase and surface of \
-         this datum, at its standard deviation, and at the pressures{}",
-        too_large(*over_noise).map_or(String::new(), |noise| format!("; {noise}"))
-    )]
-    Unreachable {
-        name: String,
-        value: String,
-        side: &'static str,
-        extreme: &'static str,
-        reached: String,
-        over_noise: f64,
-    },
-    /// Chains that disagree.
-    #[error(
-        "the chains disagree (R̂ {r_hat:.2} for {name}); {modes} modes were found: {at}; there is no one answer to these data: \
-         add a datum, narrow a range so that one mode is left, or see whether standard deviations are too small"
-    )]
-    Apart { name: String, r_hat: f64, modes: usize, at: String },
+    /// Chains that disagree, time that is over, or a run that was stopped.
+    #[error("{0}")]
+    NoPosterior(String),
     /// The solver does not confirm the emulator's posterior.
     #[error(
         "the solver does not confirm this posterior after {} rounds: k̂ {:.2} (at most 0.5), effective share {:.2} (at least 0.5), \
@@ -73,14 +58,6 @@ pub enum CalibrateError {
         .0.rounds, .0.k_hat, .0.share, .0.largest_error, .0.worst_datum, .0.solves, .0.failed, cause(.0)
     )]
     Unconfirmed(Box<Correction>),
-    /// The time is over.
-    #[error(
-        "the budget of {budget:.0} s is over {stage}, after {solves} solves; go on with --resume and a larger --budget"
-    )]
-    Budget { budget: f64, stage: String, solves: usize },
-    /// Stopped from outside.
-    #[error("interrupted during {stage}, after {solves} solves")]
-    Interrupted { stage: String, solves: usize },
     /// A file of solves that cannot be used.
     #[error("{0}")]
     Store(String),

@@ -1,9 +1,8 @@
 //! Parameters that the data determine, linearised at the mode before sampling.
 
 use crate::likelihood::Noise;
-use crate::mode::Mode;
 use crate::predictive::UNLIKELY;
-use crate::problem::Problem;
+use crate::{Mode, Problem};
 use nalgebra::{DMatrix, SymmetricEigen};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -113,32 +112,25 @@ impl Identifiability {
             (self.identified(), self.names.len(), narrowing(self.spectrum[0]));
         let stated = (0..problem.data.len()).any(|datum| problem.factor_of(datum).is_none());
         let left = if stated { left } else { 0.0 };
+        let as_large = |p: String| {
+            format!(
+                "misfits as large have a probability of {p} by the stated noise (at least {UNLIKELY})"
+            )
+        };
         let (verdict, reason) = if p < UNLIKELY {
-            let reason = "misfits as large have a probability of";
-            (
-                Verdict::DoesNot,
-                format!("{reason} {p:.1e} by the stated noise (at least {UNLIKELY})"),
-            )
+            (Verdict::DoesNot, as_large(format!("{p:.1e}")))
         } else if identified == 0 {
-            let nothing = best >= UNIDENTIFIED;
-            let reason = "along the best identified direction of the parameters,";
-            (
-                if nothing { Verdict::DoesNot } else { Verdict::CannotTell },
-                format!(
-                    "{reason} {best:.2} of the prior's standard deviation is left (at most {IDENTIFIED})"
-                ),
-            )
+            let verdict = if best >= UNIDENTIFIED { Verdict::DoesNot } else { Verdict::CannotTell };
+            let along = "along the best identified direction of the parameters,";
+            let left = "of the prior's standard deviation is left";
+            (verdict, format!("{along} {best:.2} {left} (at most {IDENTIFIED})"))
         } else if left < 1.0 {
             let reason = "parameters and inferred noise leave the misfits";
             (Verdict::CannotTell, format!("{reason} {left:.2} degrees of freedom (at least 1)"))
         } else {
-            let reason = "misfits as large have a probability of";
-            (
-                Verdict::Calibrates,
-                format!(
-                    "{reason} {p:.2} by the stated noise (at least {UNLIKELY}), and {identified} of {count} directions of the parameters are identified"
-                ),
-            )
+            let directions = format!("{identified} of {count} directions of the parameters");
+            let large = as_large(format!("{p:.2}"));
+            (Verdict::Calibrates, format!("{large}, and {directions} are identified"))
         };
         let head = match verdict {
             Verdict::Calibrates => "the model calibrates these data",
@@ -167,15 +159,12 @@ impl Identifiability {
     /// Sentences about directions, linearised at the mode.
     pub fn directions_in_words(&self) -> Vec<String> {
         let count = self.names.len();
-        let mut said = vec![match self.identified() {
-            0 => format!("The data identify none of the {count} directions of the parameters."),
-            identified if identified == count => {
-                format!("The data identify all {count} directions of the parameters.")
-            }
-            identified => {
-                format!("The data identify {identified} of {count} directions of the parameters.")
-            }
-        }];
+        let which = match self.identified() {
+            0 => format!("none of the {count}"),
+            identified if identified == count => format!("all {count}"),
+            identified => format!("{identified} of {count}"),
+        };
+        let mut said = vec![format!("The data identify {which} directions of the parameters.")];
         for (value, direction) in self.spectrum.iter().zip(&self.directions) {
             let narrowed = narrowing(*value);
             let verdict = match Identified::of(narrowed) {

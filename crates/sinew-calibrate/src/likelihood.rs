@@ -2,8 +2,7 @@
 
 use crate::datum::FACTOR_DEVIATION;
 use crate::polynomial::Polynomial;
-use crate::problem::Problem;
-use crate::{Datum, Observed};
+use crate::{Datum, Observed, Problem};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use sinew_sample::LogDensity;
 use std::borrow::Cow;
@@ -121,29 +120,19 @@ impl LogDensity for Target<'_> {
             gradient[at] = pulled[at] * unknown.prior.logarithm(y[at])[1] / deviation;
         }
         if problem.inferred() > 0 {
-            noise_gradient(problem, &solved, &noise.factor.inverse(), y, gradient);
+            // In the coordinates of the factors: −½ tr(Σ⁻¹ Σ') + ½ αᵀ Σ' α with α = Σ⁻¹ r.
+            let (inverse, factors) = (noise.factor.inverse(), problem.log_factors(y));
+            let of_noise = &mut gradient[problem.unknowns.len()..];
+            of_noise.fill(0.0);
+            for at in 0..problem.data.len() {
+                let Some(place) = problem.factor_of(at) else { continue };
+                let variance = (2.0 * problem.log_factor(at, &factors)).exp();
+                let slope = variance * (solved[at] * solved[at] - inverse[(at, at)]);
+                of_noise[place] += FACTOR_DEVIATION * slope;
+            }
         }
         gradient.iter_mut().zip(y).for_each(|(slope, y)| *slope = self.power * *slope - y);
         let prior: f64 = y.iter().map(|y| y * y).sum();
         self.power * noise.log_likelihood(&residual) - 0.5 * prior
-    }
-}
-
-/// Derivatives in the coordinates of the factors: −½ tr(Σ⁻¹ Σ') + ½ αᵀ Σ' α with α = Σ⁻¹ r.
-fn noise_gradient(
-    problem: &Problem,
-    solved: &DVector<f64>,
-    inverse: &DMatrix<f64>,
-    y: &[f64],
-    gradient: &mut [f64],
-) {
-    let factors = problem.log_factors(y);
-    let first = problem.unknowns.len();
-    gradient[first..].fill(0.0);
-    for at in 0..problem.data.len() {
-        let Some(place) = problem.factor_of(at) else { continue };
-        let variance = (2.0 * problem.log_factor(at, &factors)).exp();
-        let slope = variance * (solved[at] * solved[at] - inverse[(at, at)]);
-        gradient[first + place] += FACTOR_DEVIATION * slope;
     }
 }

@@ -2,10 +2,9 @@
 //! starts at once.
 
 use crate::datum::FACTOR_DEVIATION;
+use crate::fault::Result;
 use crate::likelihood::Noise;
-use crate::problem::Problem;
-use crate::solves::{Answer, Solves};
-use crate::{CalibrateError, Observed};
+use crate::{Answer, CalibrateError, Observed, Problem, Solves};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Steps of a search at most.
@@ -48,7 +47,7 @@ pub(crate) fn modes(
     problem: &Problem,
     solves: &mut Solves,
     starts: Vec<Vec<f64>>,
-) -> Result<Vec<Mode>, CalibrateError> {
+) -> Result<Vec<Mode>> {
     let count = starts.len();
     let mut searches: Vec<Search> = starts.into_iter().map(|y| Search::new(problem, y)).collect();
     loop {

@@ -50,12 +50,7 @@ pub enum Direction {
 
 impl fmt::Display for Direction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Circumferential => "circumferential",
-            Self::Longitudinal => "longitudinal",
-            Self::Radial => "radial",
-            Self::Fibre => "fibre",
-        })
+        f.write_str(["circumferential", "longitudinal", "radial", "fibre"][*self as usize])
     }
 }
 

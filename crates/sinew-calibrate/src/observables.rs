@@ -12,7 +12,7 @@ pub(crate) use volume::CavityVolume;
 pub(crate) type States = [Vec<f64>];
 
 /// An observable whose nodes, cells and states are known.
-pub(crate) trait Quantity: Send + Sync + std::fmt::Debug {
+pub(crate) trait Quantity: Send + Sync {
     /// The value; NaN where a state is degenerate.
     fn value(&self, states: &States) -> f64;
 

@@ -6,14 +6,14 @@ mod parts;
 mod states;
 
 pub use builder::PatientBuilder;
+use states::Result;
 pub use states::{PatientStates, StateError};
 
-use crate::forward::{Forward, ForwardError, Observed};
-use crate::observable::Observable;
 use crate::observables::Quantity;
+use crate::{Forward, ForwardError, Observed};
 use anchor::Anchor;
 use parts::Parts;
-use sinew_energy::Body;
+use sinew_energy::{Body, Fibres};
 use sinew_fem::ThinWall;
 use sinew_num::dot;
 use std::sync::{Arc, OnceLock, RwLock};
@@ -55,7 +55,6 @@ use std::sync::{Arc, OnceLock, RwLock};
 /// ```
 pub struct Patient<'p> {
     parts: Parts<'p>,
-    observables: Vec<Observable>,
     quantities: Vec<Box<dyn Quantity>>,
     /// θ of the anchor.
     start: Vec<f64>,
@@ -67,22 +66,18 @@ pub struct Patient<'p> {
 impl<'p> Patient<'p> {
     /// A patient of a body that was lowered on the image; its pressures may act on surfaces with a loose rim.
     pub fn of(image: &'p Body) -> PatientBuilder<'p> {
-        PatientBuilder::of(image)
-    }
-
-    /// The body on the image.
-    pub fn image(&self) -> &'p Body {
-        self.parts.image
-    }
-
-    /// Names of the parameters.
-    pub fn parameter_names(&self) -> &[String] {
-        &self.parts.parameters
-    }
-
-    /// Names of the phases.
-    pub fn phases(&self) -> &[String] {
-        &self.parts.phases
+        PatientBuilder {
+            image,
+            parameters: Vec::new(),
+            settings: Vec::new(),
+            phases: Vec::new(),
+            fibres: Some(Fibres::Carried),
+            start: None,
+            wall: None,
+            segments: None,
+            observables: Vec::new(),
+            accuracy: 0.0,
+        }
     }
 
     /// Whether the wall under a pressure has one layer of linear tetrahedra.
@@ -90,16 +85,11 @@ impl<'p> Patient<'p> {
         self.parts.unload.thin_wall()
     }
 
-    /// The observables, in the order of their values.
-    pub fn seen(&self) -> &[Observable] {
-        &self.observables
-    }
-
     /// All states at θ, solved from a prediction about the start; without a start, checked by loading from rest.
     ///
     /// # Errors
     /// θ that makes no sense, no body at rest, or no stable equilibrium at a phase.
-    pub fn states(&self, theta: &[f64], derivatives: bool) -> Result<PatientStates, StateError> {
+    pub fn states(&self, theta: &[f64], derivatives: bool) -> Result<PatientStates> {
         self.parts.check(theta)?;
         let start = self.anchor();
         let focus = self.focus.read().ok().and_then(|focus| focus.clone());
@@ -112,11 +102,7 @@ impl<'p> Patient<'p> {
     ///
     /// # Errors
     /// As for [`Patient::states`].
-    pub fn states_checked(
-        &self,
-        theta: &[f64],
-        derivatives: bool,
-    ) -> Result<PatientStates, StateError> {
+    pub fn states_checked(&self, theta: &[f64], derivatives: bool) -> Result<PatientStates> {
         self.parts.check(theta)?;
         self.parts.solve(theta, None, derivatives)
     }

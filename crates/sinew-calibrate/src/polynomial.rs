@@ -9,7 +9,6 @@ const RIDGES: [f64; 4] = [1e-14, 1e-11, 1e-8, 1e-5];
 const EQUATIONS_PER_COEFFICIENT: f64 = 1.5;
 
 /// Observables with derivatives at one point.
-#[derive(Clone, Debug)]
 pub(crate) struct Sample {
     /// Standardised logarithms of the parameters.
     pub x: Vec<f64>,
@@ -22,7 +21,6 @@ pub(crate) struct Sample {
 }
 
 /// Polynomials of one total degree, one per observable.
-#[derive(Clone, Debug)]
 pub(crate) struct Polynomial {
     exponents: Vec<Vec<i32>>,
     /// One row per monomial, one column per observable.

@@ -1,12 +1,8 @@
 //! The result: draws of the solver's posterior and what they say.
 
-use crate::correction::Correction;
 use crate::datum::FACTOR_DEVIATION;
-use crate::identifiability::{Identifiability, Identified};
-use crate::mode::Mode;
-use crate::predictive::Predictive;
-use crate::problem::Problem;
 use crate::verify::Verified;
+use crate::{Correction, Identifiability, Identified, Mode, Predictive, Problem};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_sample::{
@@ -29,8 +25,8 @@ pub struct Posterior {
     pub coordinates: Chains,
     /// Parameters in the unit of [`crate::Forward`], then factors of inferred noise, by chain and draw.
     pub draws: Chains,
-    /// The solver's observables by chain and draw.
-    pub observed: Vec<Vec<Vec<f64>>>,
+    /// The solver's observables in their own units, by chain and draw.
+    pub observed: Chains,
     /// Parameters and directions that data identify, linearised at the mode.
     pub identifiability: Identifiability,
     /// Data beside their predictions.
@@ -48,16 +44,12 @@ impl Posterior {
         correction: Correction,
         seed: u64,
     ) -> Self {
-        let (coordinates, seen, acceptance) = verified.sweep(seed);
-        let theta = |y: &Vec<f64>| {
+        let ([coordinates, observed], acceptance) = verified.sweep(seed);
+        let theta = |y: &[f64]| {
             let factors = problem.log_factors(y).into_iter().map(f64::exp);
             problem.theta(y).into_iter().chain(factors).collect()
         };
-        let of = |chain: &Vec<Vec<f64>>| chain.iter().map(theta).collect();
-        let draws = Chains { draws: coordinates.draws.iter().map(of).collect() };
-        let observed: Vec<Vec<Vec<f64>>> =
-            seen.into_iter().map(|chain| chain.into_iter().map(|o| o.values).collect()).collect();
-        let pairs = coordinates.pooled().zip(observed.iter().flatten());
+        let pairs = coordinates.pooled().zip(observed.pooled());
         let pairs: Vec<_> = pairs.map(|(y, o)| (y.as_slice(), o.as_slice())).collect();
         Self {
             identifiability: Identifiability::new(problem, &mode.information),
@@ -65,8 +57,8 @@ impl Posterior {
             correction: Correction { acceptance, ..correction },
             problem: problem.clone(),
             mode: mode.clone(),
-            coordinates: coordinates.clone(),
-            draws,
+            draws: coordinates.mapped(theta),
+            coordinates,
             observed,
             seed,
         }
@@ -93,15 +85,10 @@ impl Posterior {
         Summary::of(&self.shown(index))
     }
 
-    /// Draws of an observable by chain, in its own unit.
-    pub fn observable(&self, index: usize) -> Vec<Vec<f64>> {
-        self.observed.iter().map(|chain| chain.iter().map(|draw| draw[index]).collect()).collect()
-    }
-
     /// Logarithm of the likelihood by chain, draw and datum, for leave-one-out comparisons of models. Of data that share errors it is that of
     /// each given the others (Bürkner, Gabry and Vehtari, Computational Statistics, 2021).
     pub fn log_likelihood(&self) -> Vec<Vec<Vec<f64>>> {
-        let chains = self.coordinates.draws.iter().zip(&self.observed);
+        let chains = self.coordinates.draws.iter().zip(&self.observed.draws);
         let one = |(y, seen): (&Vec<f64>, &Vec<f64>)| self.problem.log_likelihoods(y, seen);
         chains.map(|(draws, seen)| draws.iter().zip(seen).map(one).collect()).collect()
     }
@@ -117,14 +104,6 @@ impl Posterior {
     #[doc(alias = "decided")]
     pub fn identified(&self, parameter: usize) -> Identified {
         Identified::of(self.contraction(parameter))
-    }
-
-    /// Largest R̂, least bulk and least tail effective sample size over all parameters and factors.
-    pub fn mixing(&self) -> [f64; 3] {
-        let all = (0..self.problem.dimension()).map(|at| self.coordinates.summary(at));
-        all.fold([1.0, f64::INFINITY, f64::INFINITY], |[r_hat, bulk, tail], s| {
-            [r_hat.max(s.r_hat), bulk.min(s.ess_bulk), tail.min(s.ess_tail)]
-        })
     }
 
     /// Writes the draws of parameters and factors as a table.
@@ -144,14 +123,14 @@ impl Posterior {
             dict = dict.with("posterior", head, self.shown(at));
         }
         for (name, observable, size) in further {
-            let mut chains = self.observable(*observable);
+            let mut chains = self.observed.parameter(*observable);
             chains.iter_mut().flatten().for_each(|value| *value /= size);
             dict = dict.with("posterior", name, chains);
         }
         dict = self.with_prior(dict);
         let mut random = ChaCha8Rng::seed_from_u64(split_seed(self.seed, REPLICATES));
         for (at, datum) in self.problem.data.iter().enumerate() {
-            let mut chains = self.observable(datum.observable);
+            let mut chains = self.observed.parameter(datum.observable);
             for (chain, draws) in chains.iter_mut().zip(&self.coordinates.draws) {
                 let noise = standard_normals(chain.len(), &mut random);
                 for ((value, z), y) in chain.iter_mut().zip(noise).zip(draws) {

@@ -1,6 +1,7 @@
 //! Unknowns and data of a calibration, in one canonical order.
 
 use crate::datum::FACTOR_DEVIATION;
+use crate::fault::Result;
 use crate::polynomial::Sample;
 use crate::{CalibrateError, Datum, Kind, Observed, Unknown};
 use nalgebra::{DMatrix, DVector};
@@ -24,11 +25,7 @@ impl Problem {
     ///
     /// # Errors
     /// Ranges that are empty or not positive; values that are not finite; standard deviations that are not positive; no data.
-    pub fn new(
-        unknowns: Vec<Unknown>,
-        mut data: Vec<Datum>,
-        mut kinds: Vec<Kind>,
-    ) -> Result<Self, CalibrateError> {
+    pub fn new(unknowns: Vec<Unknown>, mut data: Vec<Datum>, mut kinds: Vec<Kind>) -> Result<Self> {
         let refuse = |reason: String| Err(CalibrateError::Input(reason));
         if unknowns.is_empty() {
             return refuse("nothing is unknown; give at least one parameter a range".into());
@@ -154,10 +151,8 @@ impl Problem {
             let slope = datum.slope(observed.values[datum.observable]);
             (0..theta.len()).map(|at| row[at] * theta[at] * moments[at][1] * slope).collect()
         };
-        let slopes = match observed.jacobian.is_empty() {
-            true => Vec::new(),
-            false => self.data.iter().map(row).collect(),
-        };
+        let told = self.data.iter().filter(|_| !observed.jacobian.is_empty());
+        let slopes = told.map(row).collect();
         let values = self.scaled(&observed.values).as_slice().to_vec();
         Sample { x: x.collect(), values, slopes, weight }
     }

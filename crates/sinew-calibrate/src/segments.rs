@@ -1,8 +1,9 @@
 //! Divisions of a wall into segments.
 
-use crate::error::PatientError;
+use crate::error::{PatientError, Result};
 use sinew_energy::listed;
 use sinew_mesh::AnyMesh;
+use sinew_num::ascending;
 
 /// Segments of a mesh: each cell belongs to one or to none.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,7 +20,7 @@ impl Segments {
     ///
     /// # Panics
     /// Where a cell is of a segment without name.
-    pub fn new(names: Vec<String>, of_cell: Vec<Option<usize>>) -> Result<Self, PatientError> {
+    pub fn new(names: Vec<String>, of_cell: Vec<Option<usize>>) -> Result<Self> {
         assert!(of_cell.iter().flatten().all(|&segment| segment < names.len()), "each has a name");
         match (0..names.len()).find(|&segment| !of_cell.contains(&Some(segment))) {
             None => Ok(Self { names, of_cell }),
@@ -36,7 +37,7 @@ impl Segments {
     ///
     /// # Errors
     /// A field that is not there, has more than one component, or values that are no integers.
-    pub fn by_field(mesh: &AnyMesh, field: &str) -> Result<Self, PatientError> {
+    pub fn by_field(mesh: &AnyMesh, field: &str) -> Result<Self> {
         let refuse = |problem: &str| {
             PatientError::Input(format!(
                 "the cell field `{field}` {problem}; the mesh has {}",
@@ -50,9 +51,7 @@ impl Segments {
             return Err(refuse(&format!("has the value {value}, which is no integer")));
         }
         let values: Vec<i64> = rows.iter().map(|[value]| *value as i64).collect();
-        let mut present: Vec<i64> = values.iter().copied().filter(|value| *value >= 0).collect();
-        present.sort_unstable();
-        present.dedup();
+        let present = ascending(values.iter().copied().filter(|value| *value >= 0));
         if present.is_empty() {
             return Err(refuse("has no value that is not negative"));
         }
@@ -70,16 +69,11 @@ impl Segments {
         &self.of_cell
     }
 
-    /// Number of cells of the mesh.
-    pub(crate) fn cell_count(&self) -> usize {
-        self.of_cell.len()
-    }
-
     /// Cells of a segment, ascending.
     ///
     /// # Errors
     /// A name that no segment has.
-    pub fn cells_of(&self, name: &str) -> Result<Vec<usize>, PatientError> {
+    pub fn cells_of(&self, name: &str) -> Result<Vec<usize>> {
         let segment = self.names.iter().position(|other| other == name);
         let segment = segment.ok_or_else(|| {
             PatientError::Input(format!(

@@ -38,7 +38,6 @@ impl Setting {
 }
 
 /// A setting whose parameters are places in θ of the patient.
-#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Entry {
     pub factor: f64,
     pub parameters: Vec<usize>,

@@ -1,5 +1,6 @@
 //! Solves of a forward model: remembered, counted, in parallel, kept in a file to go on from.
 
+use crate::fault::Result;
 use crate::{CalibrateError, Forward, ForwardError, Observed};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -20,13 +21,15 @@ const AT_ONCE: usize = 16;
 
 /// A forward model whose answers are remembered.
 pub struct Solves<'f> {
-    forward: &'f dyn Forward,
+    pub(crate) forward: &'f dyn Forward,
     found: HashMap<Vec<u64>, Answer>,
     file: Option<Mutex<File>>,
     told: Box<Told<'f>>,
     started: Instant,
-    budget: Option<Duration>,
-    stopped: Arc<AtomicBool>,
+    /// Time after which it ends with an error.
+    pub budget: Option<Duration>,
+    /// Flag that ends it with an error.
+    pub stopped: Arc<AtomicBool>,
     /// Answers that were asked for, those of a file included.
     asked: std::collections::HashSet<Vec<u64>>,
 }
@@ -46,30 +49,13 @@ impl<'f> Solves<'f> {
         }
     }
 
-    /// Ends with an error when this time is over.
-    pub fn within(mut self, budget: Option<Duration>) -> Self {
-        self.budget = budget;
-        self
-    }
-
-    /// Ends with an error when the flag is set.
-    pub fn until(mut self, stopped: Arc<AtomicBool>) -> Self {
-        self.stopped = stopped;
-        self
-    }
-
     /// Writes each answer with its checksum to a file at once, which no other run may write then. With `resume`, the answers of an
     /// earlier run are read from it; one that is not as it was stored is solved again. `identity` names the inputs: a file with
     /// another identity is refused.
     ///
     /// # Errors
     /// A file that cannot be read or written, is of another patient, or in which another run keeps its solves.
-    pub fn kept_in(
-        mut self,
-        path: &Path,
-        identity: &str,
-        resume: bool,
-    ) -> Result<Self, CalibrateError> {
+    pub fn kept_in(mut self, path: &Path, identity: &str, resume: bool) -> Result<Self> {
         let store = |why: String| CalibrateError::Store(format!("{}: {why}", path.display()));
         let wrong = |error: std::io::Error| store(error.to_string());
         let mut file = OpenOptions::new();
@@ -133,21 +119,16 @@ impl<'f> Solves<'f> {
         keys.into_iter().filter_map(with).collect()
     }
 
-    /// Tells the model of θ that most later ones lie among, the centre first.
-    pub(crate) fn expect_among(&self, thetas: &[Vec<f64>]) {
-        self.forward.expect_among(thetas);
-    }
-
     /// Answers at many θ in their order, whatever the number of threads; those that are known as they are.
     ///
     /// # Errors
-    /// [`CalibrateError::Budget`] when the time is over, [`CalibrateError::Interrupted`] when it was stopped.
+    /// [`CalibrateError::NoPosterior`] when the time is over or it was stopped.
     pub fn at(
         &mut self,
         stage: &str,
         thetas: &[Vec<f64>],
         derivatives: bool,
-    ) -> Result<Vec<Answer>, CalibrateError> {
+    ) -> Result<Vec<Answer>> {
         let key = |theta: &[f64]| theta.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
         let keys: Vec<Vec<u64>> = thetas.iter().map(|theta| key(theta)).collect();
         let mut new: Vec<usize> = Vec::new();
@@ -163,7 +144,10 @@ impl<'f> Solves<'f> {
             let (forward, file) = (self.forward, self.file.as_ref());
             let solve = |&place: &usize| {
                 let answer = checked(forward, &thetas[place], derivatives);
-                keep(file, &thetas[place], &answer);
+                // If the file can no longer be written, this run goes on; a later run repeats the solves.
+                if let Some(Ok(mut file)) = file.map(Mutex::lock) {
+                    let _ = file.write_all(line(&thetas[place], &answer).as_bytes());
+                }
                 (keys[place].clone(), answer)
             };
             let answers: Vec<_> = chunk.par_iter().map(solve).collect();
@@ -175,27 +159,17 @@ impl<'f> Solves<'f> {
         Ok(keys.iter().map(|key| self.found[key].clone()).collect())
     }
 
-    fn in_time(&self, stage: &str) -> Result<(), CalibrateError> {
-        if self.stopped.load(Ordering::Relaxed) {
-            return Err(CalibrateError::Interrupted { stage: stage.into(), solves: self.count() });
-        }
-        match self.budget {
-            Some(budget) if self.started.elapsed() > budget => Err(CalibrateError::Budget {
-                budget: budget.as_secs_f64(),
-                stage: format!("during {stage}"),
-                solves: self.count(),
-            }),
-            _ => Ok(()),
-        }
-    }
-}
-
-/// Appends an answer. If the file can no longer be written, this run goes on; a later run repeats the solves.
-fn keep(file: Option<&Mutex<File>>, theta: &[f64], answer: &Answer) {
-    if let Some(file) = file
-        && let Ok(mut file) = file.lock()
-    {
-        let _ = file.write_all(line(theta, answer).as_bytes());
+    fn in_time(&self, stage: &str) -> Result<()> {
+        let (stopped, solves) = (self.stopped.load(Ordering::Relaxed), self.count());
+        let why = match self.budget {
+            _ if stopped => format!("interrupted during {stage}, after {solves} solves"),
+            Some(budget) if self.started.elapsed() > budget => format!(
+                "the budget of {:.0} s is over during {stage}, after {solves} solves; go on with --resume and a larger --budget",
+                budget.as_secs_f64()
+            ),
+            _ => return Ok(()),
+        };
+        Err(CalibrateError::NoPosterior(why))
     }
 }
 

@@ -1,9 +1,8 @@
 //! Correction of an emulator's draws by the solver: importance ratios, and one sweep of independence Metropolis.
 
-use crate::correction::Correction;
+use crate::fault::Result;
 use crate::likelihood::Target;
-use crate::solves::Solves;
-use crate::{CalibrateError, Observed};
+use crate::{Correction, Observed, Solves};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_sample::{Chains, effective_share, psis, quantile, split_seed};
@@ -40,7 +39,7 @@ impl Verified {
         solves: &mut Solves,
         stage: &str,
         draws: Chains,
-    ) -> Result<Self, CalibrateError> {
+    ) -> Result<Self> {
         let problem = target.problem;
         let thetas: Vec<_> = draws.pooled().map(|y| problem.theta(y)).collect();
         let answers = solves.at(stage, &thetas, false)?;
@@ -80,7 +79,7 @@ impl Verified {
 
     /// Equally weighted draws of the solver's posterior by independence Metropolis over the draws of each chain (Tierney 1994),
     /// started from a draw by its weight: coordinates with observables, and the share of proposals that were accepted.
-    pub(crate) fn sweep(&self, seed: u64) -> (Chains, Vec<Vec<Observed>>, f64) {
+    pub(crate) fn sweep(&self, seed: u64) -> ([Chains; 2], f64) {
         let mut random = ChaCha8Rng::seed_from_u64(split_seed(seed, SWEEP));
         let (mut swept, mut seen, mut accepted, mut proposed) = (Vec::new(), Vec::new(), 0, 0);
         for (chain, ratios) in self.ratios.iter().enumerate() {
@@ -96,11 +95,11 @@ impl Verified {
                 kept.push(now);
             }
             swept.push(kept.iter().map(|&at| self.draws.draws[chain][at].clone()).collect());
-            let of = |&at: &usize| self.observed[chain][at].clone();
+            let of = |&at: &usize| Some(self.observed[chain][at].as_ref()?.values.clone());
             seen.push(kept.iter().filter_map(of).collect());
         }
-        let draws = Chains { draws: swept };
-        (draws, seen, f64::from(accepted) / f64::from(proposed.max(1)))
+        let chains = [swept, seen].map(|draws| Chains { draws });
+        (chains, f64::from(accepted) / f64::from(proposed.max(1)))
     }
 }
 

@@ -1,8 +1,7 @@
 //! Coordinates of a left ventricle's wall: height along the axis, depth, and the angle from the septum.
 
-use crate::error::PatientError;
-use crate::observable::Direction;
-use crate::segments::Segments;
+use crate::error::{Result, check_direction};
+use crate::{Direction, PatientError, Segments};
 use nalgebra::Vector3;
 use sinew_fem::fibres::{Depth, FibreRule, Frame, Surfaces, VentricleCoordinates};
 use sinew_mesh::TetMesh;
@@ -51,7 +50,7 @@ impl WallCoordinates {
     ///
     /// # Errors
     /// Surfaces that do not bound a ventricle.
-    pub fn new(mesh: &TetMesh, surfaces: &Surfaces<'_>) -> Result<Self, PatientError> {
+    pub fn new(mesh: &TetMesh, surfaces: &Surfaces<'_>) -> Result<Self> {
         let coordinates = VentricleCoordinates::new(mesh, surfaces)?;
         let place = |node: usize| Vector3::from(mesh.points[node]);
         let base = mesh.nodes_of_facets(&mesh.facet_sets[surfaces.base]);
@@ -78,17 +77,10 @@ impl WallCoordinates {
     ///
     /// # Errors
     /// A direction without length or along the axis.
-    pub fn with_septum(mut self, direction: [f64; 3]) -> Result<Self, PatientError> {
+    pub fn with_septum(mut self, direction: [f64; 3]) -> Result<Self> {
+        check_direction(direction)?;
         let septum = Vector3::from(direction);
         let length = septum.norm();
-        // Written so that a NaN is refused as well.
-        let usable = length > 0.0 && length.is_finite();
-        if !usable {
-            return Err(PatientError::Input(format!(
-                "({}, {}, {}) is no direction; give a vector of finite length",
-                direction[0], direction[1], direction[2]
-            )));
-        }
         let across = septum / length - self.axis * self.axis.dot(&septum) / length;
         let degrees = across.norm().min(1.0).asin().to_degrees();
         if degrees < ACROSS {
@@ -104,11 +96,6 @@ impl WallCoordinates {
         };
         self.angles = self.from_axis.iter().map(angle).collect();
         Ok(self)
-    }
-
-    /// Number of cells.
-    pub(crate) fn cell_count(&self) -> usize {
-        self.frames.len()
     }
 
     /// A unit vector of a cell.
@@ -130,7 +117,7 @@ impl WallCoordinates {
     ///
     /// # Errors
     /// No septum, and a segment without cells.
-    pub fn aha17(&self) -> Result<Segments, PatientError> {
+    pub fn aha17(&self) -> Result<Segments> {
         // Segment numbers of the sectors, from the middle of the septum on.
         const BASAL: [usize; 6] = [3, 4, 5, 6, 1, 2];
         const APICAL: [usize; 4] = [14, 15, 16, 13];
@@ -149,7 +136,7 @@ impl WallCoordinates {
     ///
     /// # Errors
     /// No septum, and a segment without cells.
-    pub fn levels(&self, levels: usize, sectors: usize) -> Result<Segments, PatientError> {
+    pub fn levels(&self, levels: usize, sectors: usize) -> Result<Segments> {
         let pairs = (1..=levels).flat_map(|l| (1..=sectors).map(move |s| format!("{l}-{s}")));
         let level = |height: f64| {
             let from_base = ((1.0 - height) * levels as f64).floor();
@@ -160,11 +147,7 @@ impl WallCoordinates {
         })
     }
 
-    fn divided(
-        &self,
-        names: Vec<String>,
-        segment: impl Fn(f64, f64) -> usize,
-    ) -> Result<Segments, PatientError> {
+    fn divided(&self, names: Vec<String>, segment: impl Fn(f64, f64) -> usize) -> Result<Segments> {
         if self.angles.is_empty() {
             return Err(PatientError::Input("the division in segments counts angles from the septum, but its direction is not given: give a vector from the left cavity to the middle of the septum".into()));
         }

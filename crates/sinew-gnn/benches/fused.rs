@@ -46,7 +46,7 @@ fn matrix(rows: usize, columns: usize, device: &Device) -> Tensor<2> {
 }
 
 fn features(values: Tensor<2>, first_row: usize) -> Input {
-    Input::Features { values, first_row }
+    Input { values, first_row: Some(first_row) }
 }
 
 fn perceptron(

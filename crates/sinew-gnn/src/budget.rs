@@ -5,7 +5,7 @@ use sinew_emulate::Budget;
 
 /// Scales the stages of a training to a budget. `spent` is the time that simulations took \[s\].
 pub(crate) fn scale(stages: &mut [&mut TrainingConfig], budget: Budget, spent: f64) {
-    let total: f64 = stages.iter().map(|stage| cost(stage)).sum();
+    let total: f64 = stages.iter().map(|stage| stage.cost()).sum();
     let steps: f64 = stages.iter().map(|stage| steps_of(stage)).sum();
     for stage in stages {
         let scaled = |factor: f64, stage: &TrainingConfig| {
@@ -16,7 +16,7 @@ pub(crate) fn scale(stages: &mut [&mut TrainingConfig], budget: Budget, spent: f
             Budget::Steps(count) => scaled(count as f64 / steps, stage),
             Budget::Seconds(seconds) => {
                 let left = (TRAINING_SHARE * (seconds - spent)).max(LEAST_TRAINING * seconds);
-                Length::Seconds(left * cost(stage) / total)
+                Length::Seconds(left * stage.cost() / total)
             }
         };
     }
@@ -32,14 +32,13 @@ const PASS_COST: f64 = 300.0;
 const DECODER_COST: f64 = 33.0;
 
 fn steps_of(config: &TrainingConfig) -> f64 {
-    match config.budget {
-        Length::Steps(steps) => steps as f64,
-        Length::Seconds(_) => 0.0,
-    }
+    if let Length::Steps(steps) = config.budget { steps as f64 } else { 0.0 }
 }
 
-/// Cost of a training in decoded parameter sets.
-pub(crate) fn cost(config: &TrainingConfig) -> f64 {
-    let step = config.embedding_share * PASS_COST + DECODER_COST + config.batch as f64;
-    step * steps_of(config)
+impl TrainingConfig {
+    /// Cost of the training in decoded parameter sets. Stages and recipes share a budget by it.
+    pub fn cost(&self) -> f64 {
+        let step = self.embedding_share * PASS_COST + DECODER_COST + self.batch as f64;
+        step * steps_of(self)
+    }
 }

@@ -1,9 +1,8 @@
 //! Sizes of an emulator.
 
-use crate::fused::Activation;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result};
+use crate::{Activation, Error, Result};
 
 /// Decoding of the embeddings of nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

@@ -11,8 +11,7 @@
 //! the strains of simulations.
 
 use crate::arrays::standardised;
-use crate::error::Result;
-use crate::training::TrainingConfig;
+use crate::{Result, TrainingConfig};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::Body;
 use sinew_emulate::coordinates::{Motions, PrincipalDirections};
@@ -33,13 +32,6 @@ pub enum OutputCoordinates {
     /// Rigid motions about the prediction of a first, short training in [`OutputCoordinates::Motions`] for the centre, so without
     /// simulations.
     MotionsAfter(TrainingConfig),
-}
-
-impl OutputCoordinates {
-    /// Whether virtual nodes are read too, which then form clusters up to the whole body.
-    pub(crate) fn are_motions(&self) -> bool {
-        !matches!(self, Self::Components | Self::Simulations)
-    }
 }
 
 /// Energy of unit outputs about rest [relative to the energy of the linear response], found by trial.

@@ -62,12 +62,8 @@ impl DataSet {
             };
             require_finite("parameters of a sample", &sample.theta)?;
             if !sample.displacement.is_empty() {
-                let degrees_of_freedom = body.topology.real_nodes * dimensions;
-                require_count(
-                    "displacement values",
-                    sample.displacement.len(),
-                    degrees_of_freedom,
-                )?;
+                let expected = body.topology.real_nodes * dimensions;
+                require_count("displacement values", sample.displacement.len(), expected)?;
                 require_finite("displacements of a sample", &sample.displacement)?;
             }
         }
@@ -91,11 +87,8 @@ impl Geometry {
         }
         if let Coordinates::Motions(motions) = &self.coordinates {
             let clusters = motions.tree().cluster_parents.len();
-            require_count(
-                "clusters of the outputs",
-                clusters,
-                topology.nodes - topology.real_nodes,
-            )?;
+            let virtual_nodes = topology.nodes - topology.real_nodes;
+            require_count("clusters of the outputs", clusters, virtual_nodes)?;
         }
         require_finite("node features", &self.features.nodes.values)?;
         require_finite("edge features", &self.features.edges.values)?;

@@ -1,7 +1,6 @@
 //! Graph and features of a body: what every network starts from.
 
-use crate::data::Geometry;
-use crate::error::{Error, Result};
+use crate::{Error, Geometry, Result};
 use sinew_emulate::Body;
 use sinew_emulate::coordinates::{Coordinates, Dirichlet, Motions};
 use sinew_graph::{AugmentationConfig, FeatureMatrix, augment, graph_features};

@@ -1,7 +1,6 @@
 //! Directories that appear whole or not at all, and JSON in them.
 
-use std::fs::{self, File};
-use std::io::{BufReader, BufWriter, Write};
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -26,22 +25,19 @@ pub(crate) fn replace_directory(
     write: impl FnOnce(&Path) -> Result<()>,
 ) -> Result<()> {
     let (fresh, previous) = (sibling(directory, ".new"), sibling(directory, ".previous"));
-    if fresh.exists() {
-        fs::remove_dir_all(&fresh).map_err(file_error(&fresh))?;
-    }
+    let remove = |earlier: &Path| match earlier.exists() {
+        true => fs::remove_dir_all(earlier).map_err(file_error(earlier)),
+        false => Ok(()),
+    };
+    remove(&fresh)?;
     fs::create_dir_all(&fresh).map_err(file_error(&fresh))?;
     write(&fresh)?;
     if directory.exists() {
-        if previous.exists() {
-            fs::remove_dir_all(&previous).map_err(file_error(&previous))?;
-        }
+        remove(&previous)?;
         fs::rename(directory, &previous).map_err(file_error(directory))?;
     }
     fs::rename(&fresh, directory).map_err(file_error(&fresh))?;
-    if previous.exists() {
-        fs::remove_dir_all(&previous).map_err(file_error(&previous))?;
-    }
-    Ok(())
+    remove(&previous)
 }
 
 /// The directory, or its predecessor if a kill came between the two renames of [`replace_directory`].
@@ -51,14 +47,12 @@ pub(crate) fn open_directory(directory: &Path) -> PathBuf {
 }
 
 pub(crate) fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
-    let file = File::create(path).map_err(file_error(path))?;
-    let mut writer = BufWriter::new(file);
-    let wrote = serde_json::to_writer(&mut writer, value).map_err(std::io::Error::from);
-    wrote.and_then(|()| writer.flush()).map_err(file_error(path))
+    let text = serde_json::to_vec(value).map_err(std::io::Error::from);
+    text.and_then(|text| fs::write(path, text)).map_err(file_error(path))
 }
 
 pub(crate) fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T> {
-    let file = File::open(path).map_err(file_error(path))?;
-    serde_json::from_reader(BufReader::new(file))
+    let text = fs::read(path).map_err(file_error(path))?;
+    serde_json::from_slice(&text)
         .map_err(|error| Error::Format { path: path.into(), reason: error.to_string() })
 }

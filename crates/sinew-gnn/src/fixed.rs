@@ -4,12 +4,10 @@ use burn::tensor::Tensor;
 use std::sync::Arc;
 
 use crate::arrays::{numbers, parameter_tensor};
-use crate::error::{Error, Result};
 use crate::fused::Input;
-use crate::graph_network::GraphNetwork;
 use crate::map::OutputMap;
-use crate::surrogate::Surrogate;
 use crate::tensors::GeometryTensors;
+use crate::{Error, GraphNetwork, Result, Surrogate};
 use sinew_emulate::coordinates::ParameterScaling;
 
 /// Rows (parameter sets × nodes) decoded at once: their activations of 128 columns fill a few
@@ -71,15 +69,20 @@ impl FixedGeometry {
     /// # Errors
     /// Parameters of a wrong number, not finite, or not positive on a log scale; a prediction that is not finite.
     pub fn predict(&self, thetas: &[Vec<f64>]) -> Result<NetworkPrediction> {
-        let mut displacement = Vec::with_capacity(thetas.len() * self.degrees_of_freedom());
+        let degrees_of_freedom = self.output.dims().iter().product();
+        let mut displacement: Vec<f64> = Vec::with_capacity(thetas.len() * degrees_of_freedom);
         for chunk in thetas.chunks((ROWS_PER_CHUNK / self.output.dims()[0]).max(1)) {
             let inputs = self.inputs(chunk)?;
             let nodes = self.node_parts.iter().cloned();
-            let nodes = nodes.map(|(decoder, part)| (decoder, Input::Product(part)));
+            let nodes = nodes.map(|(decoder, values)| (decoder, Input { values, first_row: None }));
             let output = self.emulator.decode_from(nodes, self.global.clone(), inputs.clone());
             displacement.extend(numbers(self.output.displacement(output, &inputs)));
         }
-        self.prediction(thetas, displacement)
+        if let Some(index) = displacement.iter().position(|value| !value.is_finite()) {
+            return Err(Error::PredictionNotFinite { sample: index / degrees_of_freedom });
+        }
+        let extrapolated = thetas.iter().map(|theta| !self.parameters.contains(theta)).collect();
+        Ok(NetworkPrediction { displacement, extrapolated, degrees_of_freedom })
     }
 
     /// `∂û/∂θ` at one parameter set, a field for each parameter [length per unit of the parameter], in forward mode through the decoder.
@@ -103,18 +106,5 @@ impl FixedGeometry {
     fn inputs(&self, thetas: &[Vec<f64>]) -> Result<Tensor<2>> {
         let thetas = thetas.iter().map(Vec::as_slice);
         parameter_tensor(&self.parameters, thetas, &self.emulator.device())
-    }
-
-    fn prediction(&self, thetas: &[Vec<f64>], displacement: Vec<f64>) -> Result<NetworkPrediction> {
-        let degrees_of_freedom = self.degrees_of_freedom();
-        if let Some(index) = displacement.iter().position(|value| !value.is_finite()) {
-            return Err(Error::PredictionNotFinite { sample: index / degrees_of_freedom });
-        }
-        let extrapolated = thetas.iter().map(|theta| !self.parameters.contains(theta)).collect();
-        Ok(NetworkPrediction { displacement, extrapolated, degrees_of_freedom })
-    }
-
-    fn degrees_of_freedom(&self) -> usize {
-        self.output.dims().iter().product()
     }
 }

@@ -26,7 +26,6 @@
 //! - [`mean_distance`]: of rows from given ones;
 //! - [`orthogonalise`]: the Newton–Schulz iteration of the Muon optimiser, in place;
 //! - [`adam_direction`], [`momentum_direction`]: moments of gradients, in place;
-//! - [`Lanes`]: a tensor as the number type of a formula;
 //! - [`fused_potential`]: an energy from outside of Burn whose backward pass is its residual.
 //!
 //! Every operation has its double in plain tensors in [`mod@reference`], which it agrees with to
@@ -44,7 +43,6 @@ mod elementwise;
 mod error;
 mod host;
 mod index;
-mod lanes;
 mod mlp;
 mod mlp_backward;
 mod mlp_kernel;
@@ -65,9 +63,8 @@ pub use distance::mean_distance;
 pub use edges::{EdgeTopology, received_edge_sum, signed_edge_sum};
 pub use elementwise::activate;
 pub use error::IndexError;
-pub(crate) use host::{HostOperation, HostTensor, apply};
+pub(crate) use host::{Cotangents, HostOperation, HostTensor, apply};
 pub use index::GatherPlan;
-pub use lanes::Lanes;
 pub use mlp::gathered_mlp;
 pub use moments::{AdamRule, adam_direction, descend, momentum_direction};
 pub use orthogonalise::orthogonalise;

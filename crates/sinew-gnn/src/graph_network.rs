@@ -7,11 +7,9 @@ use burn::module::{Module, Param, ParamId};
 use burn::tensor::{Device, Tensor};
 
 use crate::arrays::numbers;
-use crate::config::{Decoding, GraphNetworkConfig};
-use crate::error::Result;
-use crate::graph::Graph;
 use crate::perceptron::{Normalisation, Perceptron};
 use crate::random::Initialiser;
+use crate::{Decoding, Graph, GraphNetworkConfig, Result};
 
 /// Outputs of a network, decoded from the embeddings of nodes, or a change of them.
 #[derive(Debug, Clone)]
@@ -227,7 +225,7 @@ impl GraphNetwork {
         let batch = parameters.dims()[0];
         let embedding = self.parameter_encoder.forward(parameters, activation);
         let parts = nodes.map(|(decoder, nodes)| {
-            let (decoder, count) = (&self.decoders[decoder], nodes.rows());
+            let (decoder, count) = (&self.decoders[decoder], nodes.values.dims()[0]);
             // All pairs of nodes and parameter sets, each with the one row of the global shape.
             let (mut plan, mut inputs) =
                 (GatherPlan::outer(batch, count), vec![nodes, features(embedding.clone(), 0)]);
@@ -290,5 +288,5 @@ impl GraphNetwork {
 
 /// A part of a perceptron's input that meets the rows of its first weight from `first_row` on.
 fn features(values: Tensor<2>, first_row: usize) -> Input {
-    Input::Features { values, first_row }
+    Input { values, first_row: Some(first_row) }
 }

@@ -85,8 +85,7 @@
 //!
 //! - [`GraphNetwork`]: the network; [`Surrogate`]: the network with units, supports and geometries;
 //!   [`FixedGeometry`]: a surrogate on one geometry, with derivatives by θ.
-//! - [`Objective`]: what is minimised, the only difference between data-driven ([`DataFit`],
-//!   [`DataFitWithGradient`]) and physics-informed ([`MinimumPotential`]) training.
+//! - [`Objective`]: what is minimised, the only difference between data-driven ([`DataFit`]) and physics-informed ([`MinimumPotential`]) training.
 //! - [`Trainer`]: batches of θ that share one message-passing pass, optimisers (Muon, Adam),
 //!   schedules, validation, checkpoints that continue bit for bit.
 //!
@@ -106,7 +105,7 @@
 //! \hat u_d(X_i;\theta) = \psi_d\Bigl(z_\theta, z_{\text{global}}, \bigl[v_i, \textstyle\sum_s e_{is}\bigr]\Bigr)
 //! ```
 //!
-//! Losses: supervised ([`DataFit`], thesis (3.11)), with deformation gradients ([`DataFitWithGradient`], (B.1)), and
+//! Losses: supervised ([`DataFit`], thesis (3.11)), with deformation gradients ([`DataFit::with_gradients`], (B.1)), and
 //! physics-informed, without simulations ([`MinimumPotential`], (3.12) and (3.16)):
 //!
 //! ```math
@@ -154,11 +153,9 @@ pub use fused::Activation;
 pub use graph::Graph;
 pub use graph_network::{Embedding, GraphNetwork, Output};
 pub use network::{KINDS, Network};
-pub use objective::{
-    Batch, DataFit, DataFitWithGradient, GradientOperator, MinimumPotential, Objective, Potential,
-};
+pub use objective::{Batch, DataFit, GradientOperator, MinimumPotential, Objective, Potential};
 pub use optimiser::{MuonConfig, OptimiserConfig};
-pub use recipe::{Recipe, train};
+pub use recipe::Recipe;
 pub use schedule::Schedule;
 pub use surrogate::{Scales, Surrogate};
 pub use training::{

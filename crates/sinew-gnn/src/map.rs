@@ -7,9 +7,8 @@ use rayon::prelude::*;
 use sinew_emulate::coordinates::{Coordinates, OutputScale};
 
 use crate::arrays::numbers;
-use crate::data::Geometry;
-use crate::fused::{HostOperation, HostTensor, apply};
-use crate::graph_network::Output;
+use crate::fused::{Cotangents, HostOperation, HostTensor, apply};
+use crate::{Geometry, Output};
 
 /// Map from network outputs to displacements of one geometry, prescribed ones written over them, in double precision.
 ///
@@ -203,12 +202,7 @@ impl HostOperation for Samples {
         (HostTensor::new(fields.concat(), shape), tracked.then(|| inputs.to_vec()))
     }
 
-    fn backward(
-        &self,
-        inputs: Self::Saved,
-        cotangent: &[f32],
-        _needed: &[bool],
-    ) -> Vec<Option<Vec<f32>>> {
+    fn backward(&self, inputs: Self::Saved, cotangent: &[f32], _needed: &[bool]) -> Cotangents {
         let samples = self.parameters.len();
         let rows = (0..samples).into_par_iter().map(|sample| {
             let cotangent = of_sample(cotangent, sample, samples);

@@ -3,22 +3,17 @@
 mod course;
 
 use crate::budget::scale;
-use crate::config::{Decoding, GraphNetworkConfig};
-use crate::coordinates::{self, OutputCoordinates};
-use crate::data::{DataSet, Geometry, Sample};
-use crate::device::Backend;
-use crate::error::Result;
-use crate::features;
-use crate::fixed::FixedGeometry;
-use crate::objective::Objective;
-use crate::surrogate::{Scales, Surrogate};
-use crate::training::{Trainer, TrainingConfig};
+use crate::{
+    Backend, DataSet, Decoding, Error, FixedGeometry, Geometry, GraphNetworkConfig,
+    NetworkPrediction, Objective, OutputCoordinates, Result, Sample, Surrogate, TrainingConfig,
+    coordinates, features,
+};
 use course::Course;
 use serde::{Deserialize, Serialize};
 use sinew_emulate::coordinates::Coordinates as Meaning;
 use sinew_emulate::coordinates::OutputScale;
-use sinew_emulate::parts::{Session, expand, not_finite, scaling, timed, with_anchors};
-use sinew_emulate::{Body, Load, Predictor, Record, TestSet, TrainingOptions};
+use sinew_emulate::parts::{Session, not_finite, timed};
+use sinew_emulate::{Body, Load, Predictor, Record, TestSet};
 use sinew_fem::{Options, Solver};
 use std::path::Path;
 
@@ -55,11 +50,6 @@ impl Default for Network {
 }
 
 impl Network {
-    /// The thesis' sizes (§2.2.4).
-    pub fn thesis() -> Self {
-        Self { width: 128, ..Self::default() }
-    }
-
     /// A network of these sizes for a geometry and so many parameters.
     pub(crate) fn on(&self, geometry: &Geometry, parameters: usize) -> GraphNetworkConfig {
         let Geometry { features, topology, coordinates, .. } = geometry;
@@ -109,13 +99,11 @@ fn load(folder: &Path, _: &Body) -> sinew_emulate::Result<Box<dyn Predictor>> {
 fn displacement(
     body: &Body,
     thetas: &[Vec<f64>],
-    predicted: crate::error::Result<crate::fixed::NetworkPrediction>,
+    predicted: Result<NetworkPrediction>,
 ) -> sinew_emulate::Result<Vec<f64>> {
     match predicted {
         Ok(predicted) => Ok(predicted.displacement),
-        Err(crate::error::Error::PredictionNotFinite { sample }) => {
-            Err(not_finite(body, &thetas[sample]))
-        }
+        Err(Error::PredictionNotFinite { sample }) => Err(not_finite(body, &thetas[sample])),
         Err(other) => Err(other.into()),
     }
 }
@@ -174,28 +162,33 @@ pub(crate) fn train(
     let body = session.body;
     let mut prepare_s = 0.0;
     let mut geometry = timed(&mut prepare_s, || {
-        let (levels, motions) =
-            (plan.network.virtual_nodes.as_deref(), plan.coordinates.are_motions());
-        features::geometry(body, levels, motions, session.options.seed)
+        // Rigid motions read virtual nodes too, which then form clusters up to the whole body.
+        let (levels, own) = (plan.network.virtual_nodes.as_deref(), plan.coordinates);
+        let plain = matches!(own, OutputCoordinates::Components | OutputCoordinates::Simulations);
+        features::geometry(body, levels, !plain, session.options.seed)
     })?;
     record.virtual_nodes.clone_from(&geometry.topology.roots_per_layer);
-    let training = plan.samples().collect();
+    let sample = |(index, theta): (usize, &Vec<f64>)| Sample {
+        geometry: 0,
+        theta: theta.clone(),
+        displacement: plan.fields.map(|fields| fields[index].clone()).unwrap_or_default(),
+    };
+    let training = plan.thetas.iter().enumerate().map(sample).collect();
     let mut data = DataSet { geometries: Vec::new(), training, validation: Vec::new() };
     let (starts, anchors) = (session.options.start.is_some(), session.options.anchors);
     // Further anchors stand about a solved state.
     let solves = starts || anchors > 1;
     let (coordinates, training) = stages(session, plan, solves);
-    let (mut course, mut earlier) = (Course::new(session)?, None);
+    let (mut course, mut earlier) = (Course::new(session, plan)?, None);
     let at_rest = |geometry: &Geometry| {
         coordinates::at_rest(body, &geometry.topology, plan.energy).map(Meaning::Motions)
     };
-    let thetas = plan.thetas;
     geometry.coordinates = match &coordinates {
         OutputCoordinates::Components => Meaning::Components,
         OutputCoordinates::Simulations => {
             let fields = plan.fields.unwrap_or_default();
             Meaning::Principal(timed(&mut prepare_s, || {
-                coordinates::of_simulations(body, thetas, fields)
+                coordinates::of_simulations(body, plan.thetas, fields)
             })?)
         }
         OutputCoordinates::Motions => timed(&mut prepare_s, || at_rest(&geometry))?,
@@ -204,47 +197,26 @@ pub(crate) fn train(
             let centre = body.centre();
             let solved =
                 timed(&mut prepare_s, || Solver::new(body)?.solve(&centre, &Options::default()))?;
-            session.simulations += if anchors > 1 { anchors } else { 0 };
-            let anchor = &solved.displacement;
-            timed(&mut prepare_s, || expanded(session, &mut geometry, anchor, thetas))?
+            course.session.simulations += if anchors > 1 { anchors } else { 0 };
+            timed(&mut prepare_s, || course.expanded(&mut geometry, &solved.displacement))?
         }
         OutputCoordinates::MotionsAfter(first) => {
             geometry.coordinates = timed(&mut prepare_s, || at_rest(&geometry))?;
             data.geometries = vec![geometry.clone()];
-            let surrogate = course.stage(session, "anchor", &data, plan, first)?;
+            let surrogate = course.stage("anchor", &data, first)?;
             let anchor = surrogate.predict(&geometry, &[body.centre()])?.displacement;
             earlier = course.kept.map(|kept| (surrogate, kept));
             let anchor = coordinates::nearer(body, &anchor)?;
-            timed(&mut prepare_s, || expanded(session, &mut geometry, &anchor, thetas))?
+            timed(&mut prepare_s, || course.expanded(&mut geometry, &anchor))?
         }
     };
     data.geometries = vec![geometry.clone()];
-    let last = course.stage(session, "train", &data, plan, &training)?;
+    let last = course.stage("train", &data, &training)?;
     let surrogate = course.better(earlier, last);
     (record.steps, record.train_s) = course.before;
     record.prepare_s += prepare_s;
     (record.history, record.kept) = (course.curve, course.kept);
     TrainedNetwork::new(surrogate)
-}
-
-/// Taylor expansion of motions about a displacement in the parameters, through further anchors where there are some, their derivatives among
-/// the features of the geometry. Orders are tried at the first of some parameter sets.
-fn expanded(
-    session: &mut Session<'_, '_>,
-    geometry: &mut Geometry,
-    anchor: &[f64],
-    thetas: &[Vec<f64>],
-) -> Result<Meaning> {
-    /// Parameter sets that orders are tried at.
-    const TRIED: usize = 32;
-    let motions = coordinates::at_anchor(session.body, &geometry.topology, anchor)?;
-    let tried = &thetas[..thetas.len().min(TRIED)];
-    let mut solver = Solver::new(session.body)?;
-    let (motions, first) = expand(&mut solver, motions, tried)?;
-    features::add_features(geometry, &first)?;
-    let TrainingOptions { anchors, seed, .. } = *session.options;
-    let motions = with_anchors(&mut solver, motions, anchors, seed, session.observer)?;
-    Ok(Meaning::Motions(motions))
 }
 
 /// The coordinates, with the short training that they may need, and the training, within the session's budget.
@@ -267,46 +239,4 @@ fn stages(
     }
     scale(&mut stages, session.options.budget, session.simulate_s);
     (coordinates, training)
-}
-
-impl Plan<'_> {
-    fn samples(&self) -> impl Iterator<Item = Sample> {
-        self.thetas.iter().enumerate().map(|(index, theta)| Sample {
-            geometry: 0,
-            theta: theta.clone(),
-            displacement: self.fields.map(|fields| fields[index].clone()).unwrap_or_default(),
-        })
-    }
-}
-
-/// A new trainer, one that starts from what another run has learned, or the one of the checkpoint.
-fn trainer(
-    session: &Session<'_, '_>,
-    checkpoint: Option<&Path>,
-    data: &DataSet,
-    plan: &Plan<'_>,
-    config: &TrainingConfig,
-) -> Result<Trainer> {
-    let backend: std::result::Result<Backend, String> = session.options.backend.parse();
-    let backend = backend.map_err(|reason| sinew_emulate::Error::Network(reason.into()))?;
-    let (device, objective) = (backend.device()?, (plan.objective)()?);
-    if let Some(folder) = checkpoint.filter(|folder| session.options.resume && folder.exists()) {
-        return Trainer::resume(folder, data.clone(), objective, &device);
-    }
-    let surrogate = match &session.options.start {
-        Some(run) => {
-            Surrogate::load(&run.join("emulator/network"), &device)?.transferred_to(data)?
-        }
-        None => {
-            let sizes = plan.network.on(&data.geometries[0], session.body.parameters.len());
-            let scales =
-                Scales::over(&data.geometries, scaling(session.body)?, plan.scale.clone())?;
-            Surrogate::new(&sizes, data, scales, config.seed, &device)?
-        }
-    };
-    let trainer = Trainer::new(surrogate, data.clone(), objective, config.clone())?;
-    Ok(match checkpoint {
-        Some(folder) => trainer.with_checkpoints(folder),
-        None => trainer,
-    })
 }

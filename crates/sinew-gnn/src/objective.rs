@@ -5,13 +5,12 @@ mod gradient_fit;
 mod minimum_potential;
 
 pub use data_fit::DataFit;
-pub use gradient_fit::{DataFitWithGradient, GradientOperator};
+pub use gradient_fit::GradientOperator;
 pub use minimum_potential::{MinimumPotential, Potential};
 
 use burn::tensor::Tensor;
 
-use crate::data::{DataSet, Sample};
-use crate::error::Result;
+use crate::{DataSet, Result, Sample};
 
 /// Samples of one geometry, predicted together.
 #[derive(Debug, Clone, Copy)]

@@ -88,7 +88,7 @@ impl Optimiser {
                 let (of_first, of_second) = (correction(beta1), correction(beta2));
                 let (of_gradient, epsilon) = (0.0, ADAM_EPSILON);
                 let rule = AdamRule { beta1, beta2, of_first, of_gradient, of_second, epsilon };
-                updates.par_iter_mut().for_each(|update| update.by_adam(&rule));
+                updates.par_iter_mut().for_each(|update| update.by_adam(rule));
             }
             OptimiserConfig::Muon(ref config) => muon::direct(config, self.steps, &mut updates),
         }

@@ -114,7 +114,7 @@ impl Perceptron {
     /// Output for whole inputs.
     pub(crate) fn forward(&self, x: Tensor<2>, activation: Activation) -> Tensor<2> {
         let plan = GatherPlan::identity(x.dims()[0], 1);
-        let input = Input::Features { values: x, first_row: 0 };
+        let input = Input { values: x, first_row: Some(0) };
         self.evaluate(vec![input], &plan, activation)
     }
 

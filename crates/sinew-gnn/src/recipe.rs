@@ -12,9 +12,7 @@ pub use data_driven::DataDriven;
 pub use physics_informed::PhysicsInformed;
 pub use sinew_emulate::recipe::{Regression, Taylor};
 
-use crate::budget::cost;
-use crate::coordinates::OutputCoordinates;
-use crate::network::{KINDS, Network};
+use crate::{KINDS, Network, OutputCoordinates};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use sinew_emulate::parts::{Session, train_with};
@@ -41,17 +39,6 @@ impl Recipe {
     /// Chooses by errors on the held-out cases, and says why ([`Record::choice`]).
     pub fn auto() -> Self {
         Self::Auto(Auto::default())
-    }
-
-    /// Short name for files and tables.
-    pub fn key(&self) -> &'static str {
-        match self {
-            Self::DataDriven(_) => "dd",
-            Self::PhysicsInformed(_) => "pi",
-            Self::Taylor => "taylor",
-            Self::Regression(_) => "regression",
-            Self::Auto(_) => "auto",
-        }
     }
 
     /// Outputs, sizes and training of its network, where it is one.
@@ -89,26 +76,19 @@ impl Recipe {
         options: &TrainingOptions,
         observer: &mut dyn Observer,
     ) -> sinew_emulate::Result<Emulator<'b>> {
-        train(self, body, options, observer)
-    }
-
-    /// Cost of the recipe's own training steps, in decoded parameter sets: what a budget is shared by between recipes. Zero
-    /// for a regression.
-    pub fn cost(&self) -> f64 {
-        match (self, self.network()) {
-            (Self::Auto(recipe), _) => recipe.rivals.iter().map(Self::cost).sum(),
-            (_, Some((OutputCoordinates::MotionsAfter(first), _, training))) => {
-                cost(first) + cost(training)
-            }
-            (_, Some((_, _, training))) => cost(training),
-            (_, None) => 0.0,
-        }
+        train_with(self, body, options, observer, KINDS)
     }
 }
 
 impl Train for Recipe {
     fn key(&self) -> &'static str {
-        Self::key(self)
+        match self {
+            Self::DataDriven(_) => "dd",
+            Self::PhysicsInformed(_) => "pi",
+            Self::Taylor => "taylor",
+            Self::Regression(_) => "regression",
+            Self::Auto(_) => "auto",
+        }
     }
 
     fn settings(&self) -> Value {
@@ -169,19 +149,6 @@ impl Train for Recipe {
         .map(|network| Box::new(network) as Box<dyn Predictor>)
         .map_err(Into::into)
     }
-}
-
-/// Trains as [`Recipe::train`] does, by any recipe: a finished run may have left a network.
-///
-/// # Errors
-/// As [`sinew_emulate::Train::train`].
-pub fn train<'b>(
-    recipe: &dyn Train,
-    body: &'b Body,
-    options: &TrainingOptions,
-    observer: &mut dyn Observer,
-) -> sinew_emulate::Result<Emulator<'b>> {
-    train_with(recipe, body, options, observer, KINDS)
 }
 
 macro_rules! from_recipe {

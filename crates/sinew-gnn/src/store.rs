@@ -6,13 +6,9 @@ use burn::module::Module;
 use burn::tensor::{Device, Tensor};
 use serde::{Deserialize, Serialize};
 
-use crate::config::GraphNetworkConfig;
-use crate::data::Geometry;
-use crate::error::{Error, Result};
 use crate::files::{open_directory, read_json, replace_directory, write_json};
-use crate::graph_network::GraphNetwork;
 use crate::optimiser::collect;
-use crate::surrogate::{Scales, Surrogate};
+use crate::{Error, Geometry, GraphNetwork, GraphNetworkConfig, Result, Scales, Surrogate};
 
 /// Version of the surrogate format.
 const VERSION: u32 = 4;

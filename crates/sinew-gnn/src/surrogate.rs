@@ -6,14 +6,12 @@ use serde::{Deserialize, Serialize};
 use sinew_graph::{ColumnStatistics, FeatureMatrix, FeatureStatistics};
 
 use crate::arrays::{matrix, numbers, parameter_tensor};
-use crate::config::{Decoding, GraphNetworkConfig};
-use crate::data::{DataSet, Geometry, Sample};
-use crate::error::Result;
-use crate::fixed::{FixedGeometry, NetworkPrediction};
-use crate::graph::Graph;
-use crate::graph_network::{Embedding, GraphNetwork};
 use crate::map::OutputMap;
 use crate::tensors::GeometryTensors;
+use crate::{
+    DataSet, Decoding, Embedding, FixedGeometry, Geometry, Graph, GraphNetwork, GraphNetworkConfig,
+    NetworkPrediction, Result, Sample,
+};
 use sinew_emulate::coordinates::{
     Coordinates, OutputScale, ParameterScaling, all_terms, check_terms, require_count,
     require_finite,

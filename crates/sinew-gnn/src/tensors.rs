@@ -1,8 +1,7 @@
 //! A geometry as tensors.
 
-use crate::graph::Graph;
-use crate::graph_network::{Embedding, GraphNetwork};
 use crate::map::OutputMap;
+use crate::{Embedding, Graph, GraphNetwork};
 use burn::tensor::Tensor;
 use std::sync::Arc;
 

@@ -15,7 +15,7 @@
 
 use sinew_gp::{
     Condition, Data, Domain, Evidence, GpError, Model, Noise, Parameter, Prior, Problem, Series,
-    Side, SquaredExponential, field,
+    Side, field, squared_exponential,
 };
 use std::f64::consts::PI;
 use std::hint::black_box;
@@ -156,7 +156,7 @@ impl Heat {
             &zeros,
             Noise::Exact,
         );
-        let prior = Prior::constrained(&problem, &SquaredExponential::new())?;
+        let prior = Prior::constrained(&problem, &squared_exponential())?;
         let model = Model::new(prior, data, Evidence::Joint)?;
         // Our feature has the size one, theirs that of (x + π/2)(π/2 − x) t, at most π²/4.
         let size = [PI * PI / 4.0, 1.0, 1.0, 1.0, 1.0];

@@ -8,7 +8,7 @@
 use rand::{RngExt, SeedableRng};
 use sinew_gp::{
     Condition, Data, Domain, Evidence, FitOptions, Functional, Model, Noise, NutsOptions,
-    Parameter, Prior, Problem, Side, SquaredExponential, constant, field, nuts,
+    Parameter, Prior, Problem, Side, constant, field, nuts, squared_exponential,
 };
 use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // The most probable diffusivity.
     let start = Instant::now();
-    let prior = Prior::constrained(&problem, &SquaredExponential::new())?;
+    let prior = Prior::constrained(&problem, &squared_exponential())?;
     let fit = Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())?;
     let found = fit.parameter("diffusivity")?;
     println!(

@@ -10,7 +10,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
     Condition, Data, Domain, Evidence, FitOptions, GpError, Model, Noise, Parameter, Prior,
-    Problem, Side, SquaredExponential, constant, field,
+    Problem, Side, constant, field, squared_exponential,
 };
 use std::f64::consts::PI;
 use std::time::Instant;
@@ -70,7 +70,7 @@ fn one<const D: usize>(case: &Case<D>, values: usize, set: u64) -> Result<(bool,
         Noise::Exact,
     );
     let start = Instant::now();
-    let prior = Prior::constrained(&case.problem, &SquaredExponential::new())?;
+    let prior = Prior::constrained(&case.problem, &squared_exponential())?;
     let model = Model::new(prior, data.averaged(cells), Evidence::Auto)?;
     let fit = model.fit(&FitOptions::default())?;
     let [lower, upper] = fit.interval(name, 0.95)?;

@@ -6,8 +6,8 @@
 //! derivative that an operator takes of it follows. `check_kernel` then tries it out.
 
 use sinew_gp::{
-    Condition, Data, Domain, Evidence, FitOptions, Formula, Hyperparameter, Kernel, Measure, Model,
-    Noise, Prior, Problem, Series, Side, SquaredExponential, check_kernel, constant,
+    Condition, Data, Domain, Evidence, FitOptions, Formula, Hyperparameter, Measure, Model, Noise,
+    Prior, Problem, Series, Side, check_kernel, constant, squared_exponential,
 };
 use std::error::Error;
 use std::f64::consts::PI;
@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // The load is known where it is given only.
     let options = FitOptions { most_points: 0, ..FitOptions::default() };
-    let solve = |kernel: &dyn Kernel<1>| -> Result<f64, Box<dyn Error>> {
+    let solve = |kernel: &Formula<1>| -> Result<f64, Box<dyn Error>> {
         let start = Instant::now();
         let data = Data::new().equation(&at, &loads, Noise::Exact);
         let prior = Prior::constrained(&problem, kernel)?;
@@ -59,13 +59,13 @@ fn main() -> Result<(), Box<dyn Error>> {
             mean.iter().zip(&grid).map(|(u, [x])| (u - deflection(*x)).abs()).fold(0.0, f64::max);
         println!(
             "{}: largest error {error:.1e}, log evidence {:.1}, in {:.2} s",
-            kernel.name(),
+            kernel.name,
             fit.outcome().log_evidence,
             start.elapsed().as_secs_f64()
         );
         Ok(error)
     };
-    let (plain, halves) = (solve(&SquaredExponential::new())?, solve(&mirrored())?);
+    let (plain, halves) = (solve(&squared_exponential())?, solve(&mirrored())?);
     assert!(halves < 0.01 * plain, "the half that is known tells of the other");
     Ok(())
 }

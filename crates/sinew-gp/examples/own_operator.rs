@@ -8,7 +8,7 @@
 use rand::{RngExt, SeedableRng};
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Evidence, FitOptions, Model, Noise, Parameter, Prior,
-    Problem, Side, SquaredExponential, field, laplace,
+    Problem, Side, field, laplace, squared_exponential,
 };
 use std::error::Error;
 use std::f64::consts::PI;
@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
 
     let start = Instant::now();
-    let prior = Prior::constrained(&problem, &SquaredExponential::new())?;
+    let prior = Prior::constrained(&problem, &squared_exponential())?;
     let fit = Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())?;
     let ensemble = laplace(&fit, 500, 1)?;
     let seconds = start.elapsed().as_secs_f64();

@@ -6,8 +6,8 @@
 //! points can be spent on the inside; −∂u/∂n on a wall is the shear that the fluid exerts on it.
 
 use sinew_gp::{
-    Data, Domain, Evidence, FitOptions, Model, Noise, Operator, Prior, Problem, SquaredExponential,
-    constant,
+    Data, Domain, Evidence, FitOptions, Model, Noise, Operator, Prior, Problem, constant,
+    squared_exponential,
 };
 use std::error::Error;
 use std::f64::consts::PI;
@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let start = Instant::now();
         let at = duct.sample(count, 3)?;
         let data = Data::new().equation(&at, &vec![4.0; count], Noise::Exact);
-        let prior = Prior::constrained(&problem, &SquaredExponential::new())?;
+        let prior = Prior::constrained(&problem, &squared_exponential())?;
         let options = FitOptions {
             restarts: 2,
             iterations: 60,

@@ -10,7 +10,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
     Condition, Conditional, Data, Derivative, Domain, FitOptions, Noise, Problem, SemiLinear, Side,
-    SquaredExponential, constant,
+    constant, squared_exponential,
 };
 use std::error::Error;
 use std::f64::consts::PI;
@@ -71,7 +71,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         held(),
     )?;
     let bed = SemiLinear::new(string, [Derivative::identity()], |[u]| u.powi(3) * STIFFENING);
-    let kernel = SquaredExponential::new();
+    let kernel = squared_exponential();
 
     for roughness in [0.1, 0.3, 0.5] {
         let mut sums = [0.0; 3];

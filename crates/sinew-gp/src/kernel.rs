@@ -6,12 +6,9 @@ mod shapes;
 pub(crate) mod simd;
 mod table;
 
-use std::fmt::Debug;
-
-pub(crate) use check::check_declarations;
 pub use check::check_kernel;
 pub use formula::Formula;
-pub use shapes::{Smoothness, SquaredExponential, linear, matern, periodic, rational_quadratic};
+pub use shapes::{Smoothness, linear, matern, periodic, rational_quadratic, squared_exponential};
 pub(crate) use table::Hermites;
 
 /// Kind of a hyperparameter, from which its bounds and restarts follow.
@@ -67,7 +64,6 @@ impl<const D: usize> Orders<D> {
 
 /// Derivatives that are asked for, at which hyperparameters, and of which pairs: many first points
 /// with one second point.
-#[derive(Clone, Copy, Debug)]
 pub(crate) struct Request<'a, const D: usize> {
     /// The kernel.
     pub kernel: &'a Formula<D>,
@@ -95,28 +91,3 @@ impl<const D: usize> Request<'_, D> {
 
 /// Most pairs in one request: they stay in the fastest cache.
 pub(crate) const MOST_PAIRS: usize = 64;
-
-/// A covariance function of variance one (unless scaled), with positive hyperparameters: a [`Formula`], or what has one.
-///
-/// Derivatives come from its formula over Taylor series, pair by pair; those of [`SquaredExponential`] are in closed form, which
-/// is faster by far. Your own is a [`Formula`]; test it with [`check_kernel`].
-///
-/// ```
-/// use sinew_gp::{Formula, Series, check_kernel};
-///
-/// // 1 + x² x′²: functions of the form a + b x² along the first axis.
-/// let even = Formula::<2>::new("even quadratic", Vec::new(), |_, x: &[Series; 2], y: &[Series; 2]| {
-///     x[0].squared() * y[0].squared() + 1.0
-/// });
-/// check_kernel(&even, &[], [0.0, 0.0], [1.0, 1.0], 7)?;
-/// # Ok::<(), sinew_gp::GpError>(())
-/// ```
-pub trait Kernel<const D: usize>: Debug + Send + Sync {
-    /// The kernel as a formula, with all that is known of it.
-    fn to_formula(&self) -> Formula<D>;
-
-    /// Name, for messages.
-    fn name(&self) -> String {
-        self.to_formula().name
-    }
-}

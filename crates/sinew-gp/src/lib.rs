@@ -8,7 +8,7 @@
 //! use std::f64::consts::PI;
 //! use sinew_gp::{
 //!     Condition, Data, Domain, Evidence, FitOptions, Functional, Model, Noise, Parameter, Prior,
-//!     Problem, Side, SquaredExponential, constant, field,
+//!     Problem, Side, constant, field, squared_exponential,
 //! };
 //!
 //! // u_t = κ u_xx on a rod of length π, kept at zero at both ends, warm in the middle at first.
@@ -30,7 +30,7 @@
 //!     .values(&places, &measured, Noise::Learned)
 //!     .equation(&rod.sample(24, 2)?, &[0.0; 24], Noise::Exact);
 //!
-//! let prior = Prior::constrained(&problem, &SquaredExponential::new())?;
+//! let prior = Prior::constrained(&problem, &squared_exponential())?;
 //! let fit = Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())?;
 //! assert!((fit.parameter("diffusivity")? - 0.7).abs() < 0.05);
 //!
@@ -106,8 +106,8 @@ pub use evidence::{Evaluation, Evidence};
 pub use fit::warning::Warning;
 pub use fit::{Fit, FitOptions, Outcome, Restart};
 pub use kernel::{
-    Formula, Hyperparameter, Kernel, Measure, Smoothness, SquaredExponential, check_kernel, linear,
-    matern, periodic, rational_quadratic,
+    Formula, Hyperparameter, Measure, Smoothness, check_kernel, linear, matern, periodic,
+    rational_quadratic, squared_exponential,
 };
 pub use model::Model;
 pub use model::data::{Data, Noise};

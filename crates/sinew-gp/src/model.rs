@@ -49,6 +49,9 @@ fn of_kernel<const D: usize>(
     }
 }
 
+/// Derivatives that each part takes for each pair of legs.
+type Plans<const D: usize> = Arc<Vec<Vec<PairPlan<D>>>>;
+
 /// A prior and observations, ready to be fitted.
 #[derive(Clone, Debug)]
 pub struct Model<const D: usize> {
@@ -70,7 +73,7 @@ pub struct Model<const D: usize> {
     /// All data, for models with more points.
     pub(crate) given: Vec<Group<D>>,
     /// Plans of each part between legs at `[first · legs + second]`.
-    pub(crate) plans: Arc<Vec<Vec<PairPlan<D>>>>,
+    pub(crate) plans: Plans<D>,
 }
 
 impl<const D: usize> Model<D> {
@@ -363,11 +366,7 @@ fn append<const D: usize>(groups: &mut Vec<Compiled<D>>, group: Compiled<D>) -> 
 }
 
 /// Plans of the pairs whose first leg is not before `from`; those of the others are empty.
-fn plans<const D: usize>(
-    prior: &Prior<D>,
-    groups: &[Compiled<D>],
-    from: usize,
-) -> Arc<Vec<Vec<PairPlan<D>>>> {
+fn plans<const D: usize>(prior: &Prior<D>, groups: &[Compiled<D>], from: usize) -> Plans<D> {
     let legs = || groups.iter().flat_map(|group| &group.legs);
     let of = |(number, part): (usize, &Part<D>)| {
         let orders = || legs().map(|leg| &leg.parts[number].orders[..]);

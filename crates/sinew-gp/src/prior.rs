@@ -5,13 +5,12 @@ pub(crate) mod constraint;
 pub(crate) mod structure;
 
 use crate::error::place;
-use crate::kernel::check_declarations;
 use crate::model::data::Group;
 use crate::prior::constraint::unconstrained;
 use crate::prior::structure::{AxisStructure, Lift};
 use crate::{
-    Constraints, Data, Domain, Feature, Field, Formula, Kernel, Noise, Operator, Problem, Result,
-    Series, Side, constraints,
+    Constraints, Data, Domain, Feature, Field, Formula, Noise, Operator, Problem, Result, Series,
+    Side, constraints,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -61,7 +60,7 @@ pub struct Prior<const D: usize> {
 }
 
 /// The prior of a problem and a kernel, with the conditions or without.
-type Built<const D: usize> = fn(&Problem<D>, &dyn Kernel<D>, bool) -> Result<Prior<D>>;
+type Built<const D: usize> = fn(&Problem<D>, &Formula<D>, bool) -> Result<Prior<D>>;
 
 impl<const D: usize> Prior<D> {
     /// A prior all of whose functions satisfy the conditions exactly (HCGP, Definition 4.4.1 and
@@ -70,7 +69,7 @@ impl<const D: usize> Prior<D> {
     /// # Errors
     /// If conditions conflict at a corner; if the kernel is too rough for the equation, is along an axis that there is not, or
     /// has a hyperparameter without a range.
-    pub fn constrained(problem: &Problem<D>, kernel: &dyn Kernel<D>) -> Result<Self> {
+    pub fn constrained(problem: &Problem<D>, kernel: &Formula<D>) -> Result<Self> {
         instance!(D, Prior::built, Built<D>)(problem, kernel, true)
     }
 
@@ -78,17 +77,16 @@ impl<const D: usize> Prior<D> {
     ///
     /// # Errors
     /// If the kernel is too rough for the equation, is along an axis that there is not, or has a hyperparameter without a range.
-    pub fn unconstrained(problem: &Problem<D>, kernel: &dyn Kernel<D>) -> Result<Self> {
+    pub fn unconstrained(problem: &Problem<D>, kernel: &Formula<D>) -> Result<Self> {
         instance!(D, Prior::built, Built<D>)(problem, kernel, false)
     }
 
-    fn built(problem: &Problem<D>, kernel: &dyn Kernel<D>, constrained: bool) -> Result<Self> {
+    fn built(problem: &Problem<D>, kernel: &Formula<D>, constrained: bool) -> Result<Self> {
         let Constraints { mean, features } = match constrained {
             true => constraints(problem)?,
             false => unconstrained(),
         };
-        let kernel = kernel.to_formula();
-        check_declarations(&kernel, &vec![1.0; kernel.hyperparameters().len()])?;
+        kernel.check_declarations(&vec![1.0; kernel.hyperparameters().len()])?;
         kernel.check_smoothness(problem.equation())?;
         check_mean(problem.domain(), &mean)?;
         let (domain, equation) = (problem.domain().clone(), problem.equation().clone());
@@ -103,11 +101,11 @@ impl<const D: usize> Prior<D> {
     /// itself, with a fiftieth of an axis, where that halves the error of the equation.
     ///
     /// ```
-    /// use sinew_gp::{Domain, Prior, Problem, Side, SquaredExponential};
+    /// use sinew_gp::{Domain, Prior, Problem, Side, squared_exponential};
     ///
     /// let rod = Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.0, 1.0])])?;
     /// let [dx, dt] = rod.derivatives();
-    /// let prior = Prior::constrained(&Problem::new(rod, dt - dx * dx)?, &SquaredExponential::new())?;
+    /// let prior = Prior::constrained(&Problem::new(rod, dt - dx * dx)?, &squared_exponential())?;
     /// let prior = prior.stretched("t", Side::Lower, 0.02)?; // a start that is soon forgotten
     /// # Ok::<(), sinew_gp::GpError>(())
     /// ```
@@ -164,23 +162,18 @@ impl<const D: usize> Prior<D> {
     /// As [`Prior::unconstrained`].
     pub fn penalised(
         problem: &Problem<D>,
-        kernel: &dyn Kernel<D>,
+        kernel: &Formula<D>,
         points: usize,
         seed: u64,
     ) -> Result<Self> {
-        type Observed<const D: usize> = fn(&Problem<D>, usize, u64) -> Result<Vec<Group<D>>>;
+        type Observed<const D: usize> = fn(&Problem<D>, usize, u64) -> Result<Data<D>>;
         let prior = Self::unconstrained(problem, kernel)?;
-        let boundary =
-            instance!(D, Prior::pseudo_observations, Observed<D>)(problem, points, seed)?;
-        Ok(Self { boundary, ..prior })
+        let data = instance!(D, Prior::pseudo_observations, Observed<D>)(problem, points, seed)?;
+        Ok(Self { boundary: data.groups, ..prior })
     }
 
     /// The conditions of all faces as observations, about `points` in all.
-    fn pseudo_observations(
-        problem: &Problem<D>,
-        points: usize,
-        seed: u64,
-    ) -> Result<Vec<Group<D>>> {
+    fn pseudo_observations(problem: &Problem<D>, points: usize, seed: u64) -> Result<Data<D>> {
         let (domain, mut data) = (problem.domain(), Data::new());
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         if let Some((polygon, value)) = domain.cross_section().zip(problem.boundary.as_ref()) {
@@ -190,7 +183,7 @@ impl<const D: usize> Prior<D> {
                 (point[0], point[1]) = polygon.on_edge(edge, random.random_range(0.0..1.0)).into();
             }
             let values: Vec<f64> = places.iter().map(|point| value.value(*point)).collect();
-            return Ok(data.imposed(Operator::identity(), &places, &values, Noise::Learned).groups);
+            return Ok(data.imposed(Operator::identity(), &places, &values, Noise::Learned));
         }
         let faces: Vec<Lift<D>> =
             (0..D).flat_map(|axis| AxisStructure::new(problem, axis).lifts).collect();
@@ -208,7 +201,7 @@ impl<const D: usize> Prior<D> {
             data = data.imposed(lift.operator(), &places, &values, Noise::Learned);
             data.groups[number].legs.extend(jump);
         }
-        Ok(data.groups)
+        Ok(data)
     }
 }
 

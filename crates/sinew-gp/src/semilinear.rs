@@ -16,7 +16,7 @@ use crate::model::data::{Role, check, largest, no_data};
 use crate::model::{FIRST_POINTS, POINTS_SEED};
 use crate::series::MOST_VARIABLES;
 use crate::{
-    Conditional, Data, Derivative, Domain, Evidence, Fit, FitOptions, GpError, Kernel, Model,
+    Conditional, Data, Derivative, Domain, Evidence, Fit, FitOptions, Formula, GpError, Model,
     Parameter, Prior, Problem, Series,
 };
 use std::sync::Arc;
@@ -59,7 +59,7 @@ impl<const D: usize> Solution<D> {
 
 /// Data and options of a solution.
 struct Task<'a, const D: usize> {
-    kernel: &'a dyn Kernel<D>,
+    kernel: &'a Formula<D>,
     data: &'a Data<D>,
     options: &'a FitOptions,
     steps: usize,
@@ -174,7 +174,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     /// or there are no collocation points.
     pub fn solve(
         &self,
-        kernel: &dyn Kernel<D>,
+        kernel: &Formula<D>,
         data: &Data<D>,
         options: &FitOptions,
         steps: usize,
@@ -190,7 +190,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     pub fn solve_from(
         &self,
         start: &Solution<D>,
-        kernel: &dyn Kernel<D>,
+        kernel: &Formula<D>,
         data: &Data<D>,
         options: &FitOptions,
         steps: usize,

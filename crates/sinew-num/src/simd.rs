@@ -58,7 +58,7 @@ fn widest() -> Instructions {
     Instructions::Baseline
 }
 
-/// Defines a function whose loops are compiled for each of [`Instructions`], of which the widest that
+/// Defines functions whose loops are compiled for each of [`Instructions`], of which the widest that
 /// the processor has is called. A constant parameter, if it is named, says whether a fused
 /// multiply-add costs one instruction.
 ///
@@ -111,5 +111,9 @@ macro_rules! vectorised {
                 $crate::Instructions::Baseline => every::<false>($($arg),*),
             }
         }
+    };
+    ($(#[$meta:meta])* $vis:vis fn $name:ident $(<$fused:ident>)? ($($arg:ident: $type:ty),* $(,)?) $body:block $($further:tt)+) => {
+        $crate::vectorised! { $(#[$meta])* $vis fn $name $(<$fused>)? ($($arg: $type),*) $body }
+        $crate::vectorised! { $($further)+ }
     };
 }

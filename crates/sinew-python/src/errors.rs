@@ -5,7 +5,6 @@ use pyo3::types::PyType;
 use sinew::EmulatorError as E;
 use sinew::SolveError;
 use sinew::calibrate::CalibrateError;
-use sinew::runs::RunsPosteriorError;
 use sinew_fem::UnloadError;
 use std::error::Error;
 
@@ -64,14 +63,10 @@ fn class(error: &(dyn Error + 'static)) -> &'static str {
     }
     if let Some(error) = error.downcast_ref::<CalibrateError>() {
         return match error {
-            CalibrateError::Input(_) | CalibrateError::Unreachable { .. } => CASE,
+            CalibrateError::Input(_) => CASE,
             CalibrateError::NoStart { .. } => SOLVE,
             _ => CALIBRATION,
         };
     }
-    match error.downcast_ref() {
-        Some(RunsPosteriorError::Chains(_)) => CALIBRATION,
-        _ if error.is::<SolveError>() || error.is::<UnloadError>() => SOLVE,
-        _ => CASE,
-    }
+    if error.is::<SolveError>() || error.is::<UnloadError>() { SOLVE } else { CASE }
 }

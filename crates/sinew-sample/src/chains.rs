@@ -51,6 +51,21 @@ impl Chains {
     pub fn summary(&self, index: usize) -> Summary {
         Summary::of(&self.parameter(index))
     }
+
+    /// Largest R̂, and smallest effective sample sizes of bulk and tails, over all parameters.
+    pub fn mixing(&self) -> [f64; 3] {
+        let count = self.pooled().next().map_or(0, Vec::len);
+        let all = (0..count).map(|index| self.summary(index));
+        all.fold([1.0, f64::INFINITY, f64::INFINITY], |[r_hat, bulk, tail], s| {
+            [r_hat.max(s.r_hat), bulk.min(s.ess_bulk), tail.min(s.ess_tail)]
+        })
+    }
+
+    /// A function of each draw, by chain.
+    pub fn mapped(&self, of: impl Fn(&[f64]) -> Vec<f64>) -> Self {
+        let chain = |chain: &Vec<Vec<f64>>| chain.iter().map(|draw| of(draw)).collect();
+        Self { draws: self.draws.iter().map(chain).collect() }
+    }
 }
 
 impl Summary {

@@ -5,7 +5,7 @@
 
 mod fenics;
 pub mod options;
-mod recipes;
+pub(crate) mod recipes;
 pub mod run;
 pub mod samples;
 pub mod scenes;

@@ -41,7 +41,9 @@ pub fn observed<'f>(forward: &'f dyn Forward, observer: &'f mut dyn Observer) ->
             stop.store(true, Ordering::Relaxed);
         }
     };
-    Solves::new(forward, Box::new(told)).until(stopped)
+    let mut solves = Solves::new(forward, Box::new(told));
+    solves.stopped = stopped;
+    solves
 }
 
 /// Groups of draws for arviz, in the units that people read: parameters, volumes in all states, data.
@@ -65,7 +67,7 @@ pub fn in_words(prepared: &Prepared, posterior: &Posterior) -> Vec<String> {
     let doubts = posterior.predictive.in_words();
     lines.extend(doubts.iter().map(|line| format!("  warning: {line}")));
     let found = &posterior.correction;
-    let [r_hat, bulk, tail] = posterior.mixing();
+    let [r_hat, bulk, tail] = posterior.coordinates.mixing();
     lines.push(format!(
         "  R̂ {r_hat:.3}, {bulk:.0} effective draws in the bulk and {tail:.0} in the tails, {} solves, {:.1} s",
         found.solves, found.seconds
@@ -100,7 +102,7 @@ pub fn volumes_in_words(prepared: &Prepared, posterior: &Posterior) -> Vec<Strin
         posterior.problem.data.iter().all(|datum| datum.observable != seen.observable)
     });
     let line = |seen: &Reported| {
-        let draws = posterior.observable(seen.observable).concat();
+        let draws = posterior.observed.parameter(seen.observable).concat();
         let [low, middle, high] =
             [0.025, 0.5, 0.975].map(|share| digits(quantile(&draws, share) / seen.size, 4));
         let unit = seen.unit;
@@ -183,7 +185,8 @@ impl Curve {
         };
         let name = format!("volume of {cavity} at rest");
         let rest = prepared.reported.iter().find(|seen| seen.name == name);
-        let rest = rest.map(|seen| quantiles(posterior.observable(seen.observable).concat()));
+        let rest =
+            rest.map(|seen| quantiles(posterior.observed.parameter(seen.observable).concat()));
         let at = |p: usize| quantiles(found.iter().map(|volumes| volumes[p]).collect());
         let (mut pressures, mut volumes) = (Vec::new(), Vec::new());
         if let Some(rest) = rest {

@@ -6,7 +6,7 @@ use crate::case::advise;
 use crate::npz;
 use crate::output::{clear, csv_line, failed};
 use crate::theta::{ThetaText, cells, head, is_comment, outside, table_text};
-pub use posterior::{Measured, RunsPosterior, RunsPosteriorError};
+pub use posterior::{Measured, RunsPosterior};
 use sinew_emulate::{Output, Predicted, RunsEmulator, share_of};
 use sinew_energy::{Parameter, Unit};
 use sinew_mesh::{AnyMesh, Field, MeshError};

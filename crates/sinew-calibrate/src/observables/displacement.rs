@@ -1,7 +1,7 @@
 //! Displacement of a point of the wall.
 
 use super::{Quantity, States};
-use crate::error::PatientError;
+use crate::error::{PatientError, Result, check_direction};
 use sinew_energy::Body;
 use sinew_num::{dot3, sub3};
 
@@ -9,7 +9,6 @@ use sinew_num::{dot3, sub3};
 const INSIDE: f64 = -1e-9;
 
 /// Displacement of a point from one state to another along a unit vector.
-#[derive(Debug)]
 pub(crate) struct PointDisplacement {
     states: [usize; 2],
     direction: [f64; 3],
@@ -25,16 +24,9 @@ impl PointDisplacement {
         point: [f64; 3],
         direction: [f64; 3],
         [from, to]: [usize; 2],
-    ) -> Result<Self, PatientError> {
+    ) -> Result<Self> {
+        check_direction(direction)?;
         let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
-        // Written so that a NaN is refused as well.
-        let unit = length > 0.0 && length.is_finite();
-        if !unit {
-            return Err(PatientError::Input(format!(
-                "({}, {}, {}) is no direction; give a vector of finite length",
-                direction[0], direction[1], direction[2]
-            )));
-        }
         if image.nodes_per_cell != 4 {
             return Err(PatientError::Input(format!(
                 "points are found in linear tetrahedra, not in {} cells; give the displacement of a body of those",

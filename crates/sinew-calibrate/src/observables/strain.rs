@@ -7,14 +7,12 @@ use sinew_energy::Body;
 ///
 /// With A = ∂x/∂x₀, x₀ the image, a line of tissue that is e₀ there has the length |A e₀| in a state, so
 /// that |F e|² is the ratio of its squares in both states.
-#[derive(Debug)]
 pub(crate) struct SegmentStrain {
     states: [usize; 2],
     points: Vec<Line>,
 }
 
 /// A line of tissue at a quadrature point.
-#[derive(Debug)]
 struct Line {
     /// Share of the segment's volume.
     weight: f64,

@@ -4,7 +4,6 @@ use super::{Quantity, States};
 use sinew_energy::Cavity;
 
 /// Volume of a cavity in a state.
-#[derive(Debug)]
 pub(crate) struct CavityVolume {
     pub cavity: Cavity,
     pub state: usize,

@@ -2,12 +2,10 @@
 
 use super::Patient;
 use super::parts::{FIRST_PHASE, Parts};
-use crate::error::PatientError;
-use crate::observable::{At, Direction, Observable};
+use crate::error::Result;
 use crate::observables::{CavityVolume, PointDisplacement, Quantity, SegmentStrain};
-use crate::segments::Segments;
-use crate::setting::{Entry, Setting};
-use crate::wall::WallCoordinates;
+use crate::setting::Entry;
+use crate::{At, Direction, Observable, PatientError, Segments, Setting, WallCoordinates};
 use sinew_energy::{Body, Fibres, listed};
 use sinew_fem::Unload;
 use std::sync::{OnceLock, RwLock};
@@ -18,34 +16,31 @@ type Settings = Vec<(String, Setting)>;
 /// Collects what a [`Patient`] is made of.
 #[derive(Clone, Debug)]
 pub struct PatientBuilder<'p> {
-    image: &'p Body,
-    parameters: Vec<String>,
-    settings: Settings,
-    phases: Vec<(String, Settings)>,
-    fibres: Option<Fibres>,
-    start: Option<Vec<f64>>,
-    wall: Option<&'p WallCoordinates>,
-    segments: Option<&'p Segments>,
-    observables: Vec<Observable>,
-    accuracy: f64,
+    /// The body on the image.
+    pub image: &'p Body,
+    /// Names of the parameters.
+    pub parameters: Vec<String>,
+    /// Values of the body's other entries of θ in the image.
+    pub settings: Settings,
+    /// States under other loads or tensions.
+    pub phases: Vec<(String, Settings)>,
+    /// Convention of the fibres where the image is unloaded, carried with the tissue unless told; none where the image is the body at
+    /// rest.
+    pub fibres: Option<Fibres>,
+    /// θ of the anchor, from which other θ are predicted, best near their middle. The default is the middle of the body's
+    /// ranges, and 1 for the patient's other parameters.
+    pub start: Option<Vec<f64>>,
+    /// Coordinates of the wall, for circumferential, longitudinal and radial directions.
+    pub wall: Option<&'p WallCoordinates>,
+    /// Segments that strains are averaged over.
+    pub segments: Option<&'p Segments>,
+    /// The observables.
+    pub observables: Vec<Observable>,
+    /// Unbalanced forces that are enough for a state \[relative to loads and reactions\]; 0, the default, is what rounding errors amount to.
+    pub accuracy: f64,
 }
 
 impl<'p> PatientBuilder<'p> {
-    pub(super) fn of(image: &'p Body) -> Self {
-        Self {
-            image,
-            parameters: Vec::new(),
-            settings: Vec::new(),
-            phases: Vec::new(),
-            fibres: Some(Fibres::Carried),
-            start: None,
-            wall: None,
-            segments: None,
-            observables: Vec::new(),
-            accuracy: 0.0,
-        }
-    }
-
     /// Names of the parameters: entries of θ of the body that are the same in all states, and names that settings multiply by.
     pub fn parameters<S: Into<String>>(mut self, names: impl IntoIterator<Item = S>) -> Self {
         self.parameters = names.into_iter().map(Into::into).collect();
@@ -57,7 +52,8 @@ impl<'p> PatientBuilder<'p> {
         mut self,
         settings: impl IntoIterator<Item = (N, S)>,
     ) -> Self {
-        self.settings = named(settings);
+        self.settings =
+            settings.into_iter().map(|(name, value)| (name.into(), value.into())).collect();
         self
     }
 
@@ -67,44 +63,9 @@ impl<'p> PatientBuilder<'p> {
         name: impl Into<String>,
         settings: impl IntoIterator<Item = (N, S)>,
     ) -> Self {
-        self.phases.push((name.into(), named(settings)));
-        self
-    }
-
-    /// Convention of the fibres where the image is unloaded; carried with the tissue unless told.
-    pub fn fibres(mut self, fibres: Fibres) -> Self {
-        self.fibres = Some(fibres);
-        self
-    }
-
-    /// Takes the image as the body at rest.
-    pub fn image_is_at_rest(mut self) -> Self {
-        self.fibres = None;
-        self
-    }
-
-    /// θ of the anchor, from which other θ are predicted, best near their middle. The default is the middle of the body's
-    /// ranges, and 1 for the patient's other parameters.
-    pub fn start(mut self, theta: &[f64]) -> Self {
-        self.start = Some(theta.to_vec());
-        self
-    }
-
-    /// Unbalanced forces that are enough for a state \[relative to loads and reactions\]; 0, the default, is what rounding errors amount to.
-    pub fn accuracy(mut self, accuracy: f64) -> Self {
-        self.accuracy = accuracy;
-        self
-    }
-
-    /// Coordinates of the wall, for circumferential, longitudinal and radial directions.
-    pub fn wall(mut self, wall: &'p WallCoordinates) -> Self {
-        self.wall = Some(wall);
-        self
-    }
-
-    /// Segments that strains are averaged over.
-    pub fn segments(mut self, segments: &'p Segments) -> Self {
-        self.segments = Some(segments);
+        let settings =
+            settings.into_iter().map(|(name, value)| (name.into(), value.into())).collect();
+        self.phases.push((name.into(), settings));
         self
     }
 
@@ -114,30 +75,11 @@ impl<'p> PatientBuilder<'p> {
         self
     }
 
-    /// Adds the strains of all segments along a direction, from one state to another.
-    pub fn observe_strains(
-        mut self,
-        direction: Direction,
-        from: impl Into<At>,
-        to: impl Into<At>,
-    ) -> Self {
-        let (from, to) = (from.into(), to.into());
-        let names = self.segments.map_or(&[][..], Segments::names);
-        let strain = |name: &String| Observable::Strain {
-            segment: name.clone(),
-            direction,
-            from: from.clone(),
-            to: to.clone(),
-        };
-        self.observables.extend(names.iter().map(strain));
-        self
-    }
-
     /// The patient.
     ///
     /// # Errors
     /// Names, values, segments and points that make no sense, and bodies that cannot be unloaded.
-    pub fn build(self) -> Result<Patient<'p>, PatientError> {
+    pub fn build(self) -> Result<Patient<'p>> {
         self.check_names()?;
         let image_entries = self.entries("the image", &[&self.settings])?;
         let phase =
@@ -159,8 +101,8 @@ impl<'p> PatientBuilder<'p> {
             phase_entries,
             accuracy: self.accuracy,
         };
-        let (observables, anchor, focus) = (self.observables, OnceLock::new(), RwLock::default());
-        Ok(Patient { parts, observables, quantities, start, anchor, focus })
+        let (anchor, focus) = (OnceLock::new(), RwLock::default());
+        Ok(Patient { parts, quantities, start, anchor, focus })
     }
 
     /// Names of the entries of θ of the body.
@@ -168,19 +110,12 @@ impl<'p> PatientBuilder<'p> {
         self.image.parameters.iter().map(|parameter| parameter.name.clone()).collect()
     }
 
-    fn check_names(&self) -> Result<(), PatientError> {
+    fn check_names(&self) -> Result<()> {
         let phases = self.phases.iter().map(|(name, _)| name.as_str());
         let states: Vec<&str> = ["image", "rest"].into_iter().chain(phases).collect();
         let parameters: Vec<&str> = self.parameters.iter().map(String::as_str).collect();
-        for names in [states, parameters] {
-            let twice = |at: &usize| names[..*at].contains(&names[*at]);
-            if let Some(at) = (0..names.len()).find(twice) {
-                return Err(PatientError::Input(format!(
-                    "`{}` is there twice; `image` and `rest` are names of states that each patient has",
-                    names[at]
-                )));
-            }
-        }
+        check_once(&states)?;
+        check_once(&parameters)?;
         match self.observables.is_empty() {
             true => Err(PatientError::Input(
                 "there is nothing to observe; add volumes, strains or displacements".into(),
@@ -190,18 +125,13 @@ impl<'p> PatientBuilder<'p> {
     }
 
     /// Entries of θ of the body in a state: a parameter's, or else those of the first settings that have them.
-    fn entries(&self, state: &str, settings: &[&Settings]) -> Result<Vec<Entry>, PatientError> {
+    fn entries(&self, state: &str, settings: &[&Settings]) -> Result<Vec<Entry>> {
         let known = self.entry_names();
-        for (index, (name, setting)) in settings[0].iter().enumerate() {
+        for (name, setting) in settings[0] {
             if !known.contains(name) {
                 return Err(PatientError::Input(format!(
                     "{state} sets `{name}`, but the body's parameters are {}",
                     listed(&known)
-                )));
-            }
-            if settings[0][..index].iter().any(|(other, _)| other == name) {
-                return Err(PatientError::Input(format!(
-                    "`{name}` is there twice; `image` and `rest` are names of states that each patient has"
                 )));
             }
             if !setting.factor.is_finite() {
@@ -211,6 +141,7 @@ impl<'p> PatientBuilder<'p> {
                 )));
             }
         }
+        check_once(&settings[0].iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>())?;
         let place = |name: &String| {
             let place = self.parameters.iter().position(|parameter| parameter == name);
             place.ok_or_else(|| {
@@ -238,7 +169,7 @@ impl<'p> PatientBuilder<'p> {
     }
 
     /// Checks that each parameter is read.
-    fn check_use(&self, image: &[Entry], phases: &[Vec<Entry>]) -> Result<(), PatientError> {
+    fn check_use(&self, image: &[Entry], phases: &[Vec<Entry>]) -> Result<()> {
         let entries = || image.iter().chain(phases.iter().flatten());
         let read = |at: &usize| entries().any(|entry| entry.parameters.contains(at));
         match (0..self.parameters.len()).find(|at| !read(at)) {
@@ -252,7 +183,7 @@ impl<'p> PatientBuilder<'p> {
     }
 
     /// θ of the anchor.
-    fn anchor(&self) -> Result<Vec<f64>, PatientError> {
+    fn anchor(&self) -> Result<Vec<f64>> {
         let (body, centre) = (self.image, self.image.centre());
         let middle = |name: &String| {
             let of_body = body.parameters.iter().position(|parameter| parameter.name == *name);
@@ -271,9 +202,9 @@ impl<'p> PatientBuilder<'p> {
         Ok(start)
     }
 
-    fn quantities(&self) -> Result<Vec<Box<dyn Quantity>>, PatientError> {
+    fn quantities(&self) -> Result<Vec<Box<dyn Quantity>>> {
         let body = self.image;
-        let quantity = |seen: &Observable| -> Result<Box<dyn Quantity>, PatientError> {
+        let quantity = |seen: &Observable| -> Result<Box<dyn Quantity>> {
             Ok(match seen {
                 Observable::Volume { cavity, at } => {
                     let found = body.cavities.iter().find(|other| other.name == *cavity);
@@ -301,7 +232,7 @@ impl<'p> PatientBuilder<'p> {
     }
 
     /// Place of a state among the displacements.
-    fn state(&self, seen: &Observable, at: &At) -> Result<usize, PatientError> {
+    fn state(&self, seen: &Observable, at: &At) -> Result<usize> {
         match at {
             At::Image => Ok(0),
             At::Rest => Ok(1),
@@ -319,24 +250,20 @@ impl<'p> PatientBuilder<'p> {
     }
 
     /// Quadrature points of a segment, with a direction at each.
-    fn lines(
-        &self,
-        segment: &str,
-        direction: Direction,
-    ) -> Result<Vec<(usize, [f64; 3])>, PatientError> {
+    fn lines(&self, segment: &str, direction: Direction) -> Result<Vec<(usize, [f64; 3])>> {
         let body = self.image;
         let segments = self.segments.ok_or_else(|| {
             PatientError::Input("strains are averaged over segments; give the patient some".into())
         })?;
         let (cells, points) = (body.cell_count(), body.points_per_cell);
-        let wall = self.wall.map(|wall| ("coordinates of the wall", wall.cell_count()));
-        let mut given = std::iter::once(("segments", segments.cell_count())).chain(wall);
+        let wall = self.wall.map(|wall| ("coordinates of the wall", wall.heights.len()));
+        let mut given = std::iter::once(("segments", segments.of_cell().len())).chain(wall);
         if let Some((what, given)) = given.find(|(_, given)| *given != cells) {
             return Err(PatientError::Input(format!(
                 "the {what} are of {given} cells, the body has {cells}; make them of the mesh that was lowered"
             )));
         }
-        let along = |point: usize| -> Result<[f64; 3], PatientError> {
+        let along = |point: usize| -> Result<[f64; 3]> {
             if direction == Direction::Fibre {
                 let fibre = body.material.directions(point).first();
                 return fibre.copied().ok_or_else(|| PatientError::Input("the law has no fibres, so there is no fibre strain; ask for a direction of the wall".into()));
@@ -354,8 +281,13 @@ impl<'p> PatientBuilder<'p> {
     }
 }
 
-fn named<N: Into<String>, S: Into<Setting>>(
-    settings: impl IntoIterator<Item = (N, S)>,
-) -> Settings {
-    settings.into_iter().map(|(name, setting)| (name.into(), setting.into())).collect()
+/// Refuses a name that is there twice.
+fn check_once(names: &[&str]) -> Result<()> {
+    match (0..names.len()).find(|&at| names[..at].contains(&names[at])) {
+        None => Ok(()),
+        Some(at) => Err(PatientError::Input(format!(
+            "`{}` is there twice; `image` and `rest` are names of states that each patient has",
+            names[at]
+        ))),
+    }
 }

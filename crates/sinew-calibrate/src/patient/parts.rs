@@ -1,7 +1,7 @@
 //! Solving for the states of a patient.
 
 use super::anchor::{Anchor, Solved};
-use super::states::{PatientStates, StateError};
+use super::states::{PatientStates, Result, StateError};
 use crate::setting::Entry;
 use rayon::prelude::*;
 use sinew_energy::Body;
@@ -39,7 +39,7 @@ struct Rest {
 
 impl<'p> Parts<'p> {
     /// Checks θ of the patient, and of the body in each state.
-    pub(super) fn check(&self, theta: &[f64]) -> Result<(), StateError> {
+    pub(super) fn check(&self, theta: &[f64]) -> Result<()> {
         let (given, needed) = (theta.len(), self.parameters.len());
         if given != needed {
             return Err(StateError::Length { given, needed });
@@ -59,21 +59,18 @@ impl<'p> Parts<'p> {
         theta: &[f64],
         anchor: Option<&Anchor<'_>>,
         derivatives: bool,
-    ) -> Result<PatientStates, StateError> {
+    ) -> Result<PatientStates> {
         let unload = anchor.map_or(&self.unload, |anchor| &anchor.unload);
         let mut unload = unload.fresh().map_err(sinew_fem::UnloadError::from)?;
-        self.solve_by(&mut unload, theta, anchor, derivatives)
+        Solve { parts: self, unload: &mut unload, theta }.states(anchor, derivatives)
     }
 
     /// States with slopes at the first θ and at those of the others that have them, to predict more from.
-    pub(super) fn anchor(
-        &self,
-        thetas: &[Vec<f64>],
-        near: Option<&Anchor<'_>>,
-    ) -> Option<Anchor<'p>> {
+    pub(super) fn anchor(&self, thetas: &[Vec<f64>], near: Option<&Anchor>) -> Option<Anchor<'p>> {
         let (first, others) = thetas.split_first()?;
         let mut unload = self.unload.fresh().ok()?;
-        let states = self.solve_by(&mut unload, first, near, true).ok()?;
+        let mut solve = Solve { parts: self, unload: &mut unload, theta: first };
+        let states = solve.states(near, true).ok()?;
         let mut centre = Anchor::new(vec![Solved::new(first, states)], unload);
         let solve = |theta: &Vec<f64>| {
             self.check(theta).ok()?;
@@ -84,37 +81,37 @@ impl<'p> Parts<'p> {
             std::mem::take(&mut centre.solved).into_iter().chain(more.into_iter().flatten());
         Some(Anchor::new(solved.collect(), centre.unload))
     }
+}
 
-    fn solve_by(
-        &self,
-        unload: &mut Unload<'_>,
-        theta: &[f64],
-        anchor: Option<&Anchor<'_>>,
-        derivatives: bool,
-    ) -> Result<PatientStates, StateError> {
-        let predicted = anchor.map(|anchor| anchor.predict(theta));
-        let rest = self.rest(unload, theta, predicted.as_deref())?;
+/// All states at one θ.
+struct Solve<'a, 'u> {
+    parts: &'a Parts<'a>,
+    unload: &'a mut Unload<'u>,
+    theta: &'a [f64],
+}
+
+impl Solve<'_, '_> {
+    fn states(&mut self, anchor: Option<&Anchor>, derivatives: bool) -> Result<PatientStates> {
+        let predicted = anchor.map(|anchor| anchor.predict(self.theta));
+        let rest = self.rest(predicted.as_deref())?;
         let phases = match &predicted {
             Some(predicted) => {
                 let phase = |(index, predicted): (usize, &Vec<f64>)| {
                     let near = predicted.iter().zip(&rest.motion).map(|(v, w)| v - w);
-                    self.phase(unload, &rest, index, theta, &near.collect::<Vec<_>>())
+                    self.phase(&rest, index, &near.collect::<Vec<_>>())
                 };
                 let predicted = predicted[FIRST_PHASE..].iter().enumerate();
                 predicted.map(phase).collect::<Result<Vec<_>, _>>()?
             }
-            None => self.phases_in_order(unload, &rest, theta)?,
+            None => self.phases_in_order(&rest)?,
         };
-        for (name, found) in self.phases.iter().zip(&phases) {
+        for (name, found) in self.parts.phases.iter().zip(&phases) {
             if found.negative_pivots > 0 {
                 let (phase, negative_pivots) = (name.clone(), found.negative_pivots);
                 return Err(StateError::Unstable { phase, negative_pivots });
             }
         }
-        let slopes = match derivatives {
-            true => self.slopes(unload, &rest, theta, &phases)?,
-            false => Vec::new(),
-        };
+        let slopes = if derivatives { self.slopes(&rest, &phases)? } else { Vec::new() };
         let mut moved = vec![vec![0.0; rest.motion.len()], rest.motion.clone()];
         moved.extend(phases.iter().map(|phase| -> Vec<f64> {
             phase.displacement.iter().zip(&rest.motion).map(|(u, w)| u + w).collect()
@@ -123,44 +120,33 @@ impl<'p> Parts<'p> {
         Ok(PatientStates { rest: body, unloaded: found, phases, moved, slopes })
     }
 
-    fn rest(
-        &self,
-        unload: &mut Unload<'_>,
-        theta: &[f64],
-        predicted: Option<&[Vec<f64>]>,
-    ) -> Result<Rest, StateError> {
-        if let Some(body) = &self.at_rest {
-            let motion = vec![0.0; 3 * self.image.nodes];
+    fn rest(&mut self, predicted: Option<&[Vec<f64>]>) -> Result<Rest> {
+        let Self { parts, unload, theta } = self;
+        if let Some(body) = &parts.at_rest {
+            let motion = vec![0.0; 3 * parts.image.nodes];
             return Ok(Rest { body: body.clone(), motion, found: None });
         }
-        let values = values(&self.image_entries, theta);
+        let values = values(&parts.image_entries, theta);
         let near = predicted.and_then(|predicted| {
-            let (iterations, accuracy) = (NEAR, self.accuracy);
+            let (iterations, accuracy) = (NEAR, parts.accuracy);
             let options = UnloadOptions { iterations, accuracy, load: None, ..Default::default() };
             unload.solve_near(&predicted[1], &values, &options).ok()
         });
-        let found = match near {
-            Some(found) => found,
-            None => unload.solve(&values, &UnloadOptions::default())?,
-        };
+        let found = near.map_or_else(|| unload.solve(&values, &UnloadOptions::default()), Ok)?;
         let (body, motion) = (found.rest.clone(), found.motion.clone());
         Ok(Rest { body, motion, found: Some(found) })
     }
 
     /// The phases one after the other, each from the state whose loads are nearest.
-    fn phases_in_order(
-        &self,
-        unload: &Unload<'_>,
-        rest: &Rest,
-        theta: &[f64],
-    ) -> Result<Vec<Solution>, StateError> {
-        let thetas: Vec<_> = self.phase_entries.iter().map(|e| values(e, theta)).collect();
-        let image = values(&self.image_entries, theta);
-        let of_law = self.image.material.parameters().len();
+    fn phases_in_order(&self, rest: &Rest) -> Result<Vec<Solution>> {
+        let Self { parts, theta, .. } = self;
+        let thetas: Vec<_> = parts.phase_entries.iter().map(|e| values(e, theta)).collect();
+        let image = values(&parts.image_entries, theta);
+        let of_law = parts.image.material.parameters().len();
         let mut unloaded = image.clone();
         unloaded[of_law..].fill(0.0);
         let mut known = vec![(unloaded, vec![0.0; rest.motion.len()])];
-        if self.at_rest.is_none() {
+        if parts.at_rest.is_none() {
             known.push((image, rest.motion.iter().map(|w| -w).collect()));
         }
         let mut found: Vec<Option<Solution>> = vec![None; thetas.len()];
@@ -170,36 +156,25 @@ impl<'p> Parts<'p> {
             let apart = |&(phase, start): &(usize, usize)| apart(&thetas[phase], &known[start].0);
             let nearest = pairs.min_by(|a, b| apart(a).total_cmp(&apart(b)));
             let Some((phase, start)) = nearest else { break };
-            let solved = self.phase(unload, rest, phase, theta, &known[start].1)?;
+            let solved = self.phase(rest, phase, &known[start].1)?;
             known.push((thetas[phase].clone(), solved.displacement.clone()));
             found[phase] = Some(solved);
         }
         Ok(found.into_iter().flatten().collect())
     }
 
-    fn phase(
-        &self,
-        unload: &Unload<'_>,
-        rest: &Rest,
-        index: usize,
-        theta: &[f64],
-        near: &[f64],
-    ) -> Result<Solution, StateError> {
-        let values = values(&self.phase_entries[index], theta);
-        let options = Options { minimum_accuracy: self.accuracy, ..Options::default() };
-        let found = unload.loaded(&rest.body, near, &values, &options);
-        found.map_err(|source| StateError::Phase { phase: self.phases[index].clone(), source })
+    fn phase(&self, rest: &Rest, index: usize, near: &[f64]) -> Result<Solution> {
+        let parts = self.parts;
+        let values = values(&parts.phase_entries[index], self.theta);
+        let options = Options { minimum_accuracy: parts.accuracy, ..Options::default() };
+        let found = self.unload.loaded(&rest.body, near, &values, &options);
+        found.map_err(|source| StateError::Phase { phase: parts.phases[index].clone(), source })
     }
 
     /// Derivatives of the places of all states in each parameter.
-    fn slopes(
-        &self,
-        unload: &mut Unload<'_>,
-        rest: &Rest,
-        theta: &[f64],
-        phases: &[Solution],
-    ) -> Result<Vec<Vec<Vec<f64>>>, StateError> {
-        let still = vec![vec![0.0; rest.motion.len()]; self.parameters.len()];
+    fn slopes(&mut self, rest: &Rest, phases: &[Solution]) -> Result<Vec<Vec<Vec<f64>>>> {
+        let Self { parts, unload, theta } = self;
+        let still = vec![vec![0.0; rest.motion.len()]; parts.parameters.len()];
         let at = |state: &str| {
             let state = state.to_owned();
             move |source| StateError::Slopes { state, source }
@@ -207,13 +182,13 @@ impl<'p> Parts<'p> {
         let of_rest = match &rest.found {
             None => Vec::new(),
             Some(found) => {
-                let directions = directions(&self.image_entries, theta);
+                let directions = directions(&parts.image_entries, theta);
                 unload.sensitivity_along(found, &directions).map_err(at("rest"))?
             }
         };
         let mut slopes =
             vec![still.clone(), if of_rest.is_empty() { still } else { of_rest.clone() }];
-        for ((name, entries), found) in self.phases.iter().zip(&self.phase_entries).zip(phases) {
+        for ((name, entries), found) in parts.phases.iter().zip(&parts.phase_entries).zip(phases) {
             let along = directions(entries, theta);
             let places = unload.loaded_slopes(&rest.body, found, &along, &of_rest);
             slopes.push(places.map_err(at(name))?);

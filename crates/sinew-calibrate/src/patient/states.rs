@@ -48,6 +48,8 @@ pub enum StateError {
     Slopes { state: String, source: UnloadError },
 }
 
+pub(super) type Result<T, E = StateError> = std::result::Result<T, E>;
+
 impl From<StateError> for ForwardError {
     fn from(error: StateError) -> Self {
         Self { reason: error.to_string() }

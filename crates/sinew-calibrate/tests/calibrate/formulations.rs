@@ -1,6 +1,6 @@
 //! Derivatives through unloading for every formulation that can be unloaded, and segments of cells other than linear tetrahedra.
 
-use crate::support::heart::MMHG;
+use crate::support::heart::{MMHG, ObserveStrains};
 use sinew_calibrate::{At, Observable, Patient, PatientBuilder, Segments};
 use sinew_energy::laws::{NeoHookean, NeoHookeanShape};
 use sinew_energy::{Body, Law, Load, Magnitude, Parameter, Scene, Support};
@@ -97,12 +97,11 @@ fn hexahedra_have_strains_in_segments_of_a_field() {
         .lower()
         .unwrap();
     let none: [(&str, f64); 0] = [];
-    let patient = Patient::of(&body)
+    let patient = PatientBuilder { segments: Some(&segments), ..Patient::of(&body) }
         .parameters(["a", "b", "a_f", "b_f"])
         .phase("as in the image", none)
-        .segments(&segments)
-        .observe_strains(sinew_calibrate::Direction::Fibre, "rest", "image")
-        .observe_strains(sinew_calibrate::Direction::Fibre, "image", "as in the image")
+        .observe_strains(&segments, sinew_calibrate::Direction::Fibre, "rest", "image")
+        .observe_strains(&segments, sinew_calibrate::Direction::Fibre, "image", "as in the image")
         .build()
         .unwrap();
     let found = crate::support::slopes::check_rows(

@@ -1,6 +1,8 @@
 //! Hard cases of patients: each ends in the answer that it should, or in an error that says what is wrong.
 
-use crate::support::heart::{MMHG, NAMES, THETA, fibres, mesh, passive, segments, wall};
+use crate::support::heart::{
+    MMHG, NAMES, ObserveStrains, THETA, fibres, mesh, passive, segments, wall,
+};
 use sinew_calibrate::{
     Direction, Forward, ForwardError, Observable, Patient, PatientBuilder, PatientError, Segments,
     Setting, StateError, WallCoordinates,
@@ -132,7 +134,10 @@ fn signs_of_fibres_change_nothing() {
     let segments = segments(&wall);
     let seen = [scene, mixed].map(|scene| {
         let body = scene.lower().unwrap();
-        let patient = builder(&body, 8.0, 15.0).wall(&wall).segments(&segments).observe_strains(
+        let patient = builder(&body, 8.0, 15.0);
+        let (wall, own) = (Some(&wall), Some(&segments));
+        let patient = PatientBuilder { wall, segments: own, ..patient }.observe_strains(
+            &segments,
             Direction::Fibre,
             "rest",
             "phase",
@@ -186,7 +191,7 @@ fn names_that_nobody_knows_are_told() {
     assert!(cavity.to_string().contains("endo"), "{cavity}");
     let none = error(Patient::of(&body).parameters(NAMES).image([("pressure", 1.0)]));
     says(&none, "there is nothing to observe");
-    let start = error(base().start(&[1.0, 2.0]));
+    let start = error(PatientBuilder { start: Some(vec![1.0, 2.0]), ..base() });
     says(&start, "the start for `a_f` is");
 }
 
@@ -209,11 +214,8 @@ fn segments_and_points_that_are_not_there_are_told() {
 
     let segments = wall.aha17().unwrap();
     let error = |seen: Observable, segments: Option<&Segments>| {
-        let mut patient = builder(&body, 8.0, 15.0).observe(seen);
-        if let Some(segments) = segments {
-            patient = patient.segments(segments);
-        }
-        patient.build().err().expect("an error")
+        let patient = builder(&body, 8.0, 15.0).observe(seen);
+        PatientBuilder { segments, ..patient }.build().err().expect("an error")
     };
     let strain = |name: &str, direction| Observable::strain(name, direction, "rest", "phase");
     let missing = error(strain("18", Direction::Fibre), Some(&segments));

@@ -1,8 +1,10 @@
 //! Observables of patients and their derivatives through unloading.
 
-use crate::support::heart::{MMHG, NAMES, THETA, beating, mesh, passive, segments, wall};
+use crate::support::heart::{
+    MMHG, NAMES, ObserveStrains, THETA, beating, mesh, passive, segments, wall,
+};
 use crate::support::slopes::{SHORT_STEP, check, check_rows};
-use sinew_calibrate::{Direction, Forward, Observable, Patient, Setting};
+use sinew_calibrate::{Direction, Forward, Observable, Patient, PatientBuilder, Setting};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Fibres, Load, Magnitude, Parameter, Scene, Support};
 use sinew_mesh::TruncatedEllipsoid;
@@ -12,15 +14,15 @@ fn volumes_and_strains_of_a_passive_heart_have_exact_derivatives() {
     let body = passive(mesh(), 25.0).lower().unwrap();
     let (wall, point) = (wall(&mesh()), body.positions[body.nodes / 2]);
     let segments = segments(&wall);
-    for fibres in [Fibres::Carried, Fibres::Kept] {
-        let mut patient = Patient::of(&body)
+    let all = &segments;
+    for convention in [Fibres::Carried, Fibres::Kept] {
+        let (fibres, wall, segments) = (Some(convention), Some(&wall), Some(all));
+        let base = PatientBuilder { fibres, wall, segments, ..Patient::of(&body) };
+        let mut patient = base
             .parameters(NAMES)
-            .fibres(fibres)
             .image([("pressure", 8.0 * MMHG)])
             .phase("low", [("pressure", 3.0 * MMHG)])
             .phase("high", [("pressure", 14.0 * MMHG)])
-            .wall(&wall)
-            .segments(&segments)
             .observe(Observable::volume("endo", "rest"))
             .observe(Observable::volume("endo", "low"))
             .observe(Observable::volume("endo", "high"))
@@ -31,11 +33,11 @@ fn volumes_and_strains_of_a_passive_heart_have_exact_derivatives() {
             Direction::Radial,
             Direction::Fibre,
         ] {
-            patient = patient.observe_strains(direction, "low", "high");
+            patient = patient.observe_strains(all, direction, "low", "high");
         }
-        patient = patient.observe_strains(Direction::Circumferential, "image", "high");
+        patient = patient.observe_strains(all, Direction::Circumferential, "image", "high");
         let patient = patient.build().unwrap();
-        let seen = check(&format!("{fibres:?}"), &patient, &THETA);
+        let seen = check(&format!("{convention:?}"), &patient, &THETA);
         // Volumes rise with the pressure, and strains in the wall with the volume.
         let image = body.cavity_volumes(&vec![0.0; 3 * body.nodes])[0];
         assert!(seen.values[0] < seen.values[1] && seen.values[1] < image, "{:?}", seen.values);
@@ -49,7 +51,13 @@ fn a_beating_heart_on_springs_has_exact_derivatives() {
     let body = beating(mesh());
     let wall = wall(&mesh());
     let segments = segments(&wall);
-    let patient = Patient::of(&body)
+    let base = PatientBuilder {
+        start: Some(vec![0.2, 2.0, 2.8, 2.1, 34.0, 1.0]),
+        wall: Some(&wall),
+        segments: Some(&segments),
+        ..Patient::of(&body)
+    };
+    let patient = base
         .parameters(["a", "b", "a_f", "b_f", "tension", "common"])
         .image([("pressure", Setting::from(8.0 * MMHG).times("common")), ("T_a", 0.0.into())])
         .phase(
@@ -59,11 +67,8 @@ fn a_beating_heart_on_springs_has_exact_derivatives() {
                 ("T_a", Setting::parameter("tension")),
             ],
         )
-        .start(&[0.2, 2.0, 2.8, 2.1, 34.0, 1.0])
-        .wall(&wall)
-        .segments(&segments)
         .observe(Observable::volume("endo", "end of systole"))
-        .observe_strains(Direction::Circumferential, "image", "end of systole")
+        .observe_strains(&segments, Direction::Circumferential, "image", "end of systole")
         .build()
         .unwrap();
     let theta = [0.21, 1.9, 2.7, 2.2, 36.0, 1.02];
@@ -104,9 +109,8 @@ fn loads_have_the_slopes_of_a_product_of_parameters() {
 #[test]
 fn an_image_at_rest_is_loaded_as_it_is() {
     let body = passive(mesh(), 25.0).lower().unwrap();
-    let patient = Patient::of(&body)
+    let patient = PatientBuilder { fibres: None, ..Patient::of(&body) }
         .parameters(NAMES)
-        .image_is_at_rest()
         .image([("pressure", 0.0)])
         .phase("filled", [("pressure", 8.0 * MMHG)])
         .observe(Observable::volume("endo", "rest"))
@@ -174,15 +178,15 @@ fn all_stresses_times_a_factor_leave_displacements_as_they_are() {
     let segments = segments(&wall);
     let bodies = [1.0, FACTOR].map(|scale| passive(mesh(), 25.0 * scale).lower().unwrap());
     let seen = [1.0, FACTOR].map(|scale| {
-        let patient = Patient::of(&bodies[usize::from(scale > 1.0)])
+        let patient = Patient::of(&bodies[usize::from(scale > 1.0)]);
+        let (wall, own) = (Some(&wall), Some(&segments));
+        let patient = PatientBuilder { wall, segments: own, ..patient }
             .parameters(NAMES)
             .image([("pressure", 8.0 * MMHG * scale)])
             .phase("high", [("pressure", 14.0 * MMHG * scale)])
-            .wall(&wall)
-            .segments(&segments)
             .observe(Observable::volume("endo", "rest"))
             .observe(Observable::volume("endo", "high"))
-            .observe_strains(Direction::Circumferential, "rest", "high")
+            .observe_strains(&segments, Direction::Circumferential, "rest", "high")
             .build()
             .unwrap();
         let [a, b, a_f, b_f] = THETA;
@@ -239,17 +243,15 @@ fn states_to_a_millionth_are_exact_beside_the_noise_of_data() {
     let wall = wall(&mesh());
     let segments = segments(&wall);
     let patient = |accuracy: f64| {
-        Patient::of(&body)
+        let (wall, own) = (Some(&wall), Some(&segments));
+        PatientBuilder { accuracy, wall, segments: own, ..Patient::of(&body) }
             .parameters(NAMES)
             .image([("pressure", 8.0 * MMHG)])
             .phase("low", [("pressure", 3.0 * MMHG)])
             .phase("high", [("pressure", 14.0 * MMHG)])
-            .wall(&wall)
-            .segments(&segments)
             .observe(Observable::volume("endo", "high"))
-            .observe_strains(Direction::Circumferential, "low", "high")
-            .observe_strains(Direction::Longitudinal, "low", "high")
-            .accuracy(accuracy)
+            .observe_strains(&segments, Direction::Circumferential, "low", "high")
+            .observe_strains(&segments, Direction::Longitudinal, "low", "high")
             .build()
             .unwrap()
     };

@@ -53,7 +53,7 @@ impl Record {
 }
 
 /// An evaluation on the held-out cases during training.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CurvePoint {
     /// Steps made, of all stages.
     pub step: u64,

@@ -71,9 +71,7 @@ vectorised! {
             }
         })
     }
-}
 
-vectorised! {
     /// `x = f(x + bias)` for every row of `x`.
     pub(crate) fn add_bias_and_activate<FUSED>(activation: Activation, bias: &[f32], x: &mut [f32]) {
         for_activation!(activation, FUSED, |value, slope| {
@@ -84,9 +82,7 @@ vectorised! {
             }
         })
     }
-}
 
-vectorised! {
     /// `output[i] = cotangent[i] · f'`, the derivative taken from the activation's `value`.
     pub(crate) fn pull_back<FUSED>(activation: Activation, value: &[f32], cotangent: &[f32], output: &mut [f32]) {
         for_activation!(activation, FUSED, |f, slope| {
@@ -95,9 +91,7 @@ vectorised! {
             }
         })
     }
-}
 
-vectorised! {
     /// `cotangent *= f'` in place, and adds its rows to `bias_gradient`.
     pub(crate) fn pull_back_rows<FUSED>(
         activation: Activation,
@@ -115,9 +109,7 @@ vectorised! {
             }
         })
     }
-}
 
-vectorised! {
     /// Pull-back through a last layer with one output: with h = `value`, c = `cotangent` and w =
     /// `weight`, `output[r] = c[r] w f'(h[r])`, whose rows are added to `bias_gradient`, and
     /// `weight_gradient += Σ c[r] h[r]`.

@@ -1,7 +1,7 @@
 //! Sums of two tensors, concatenated rows and normalised rows: plain operations that Burn's own code leaves slow where it is not optimised.
 
 use crate::fused::LayerNormalisation;
-use crate::fused::host::{HostOperation, HostTensor, apply, is_on_host};
+use crate::fused::host::{Cotangents, HostOperation, HostTensor, apply, is_on_host};
 use crate::fused::normalise::{Normalisation, normalise, pull_back_normalisation};
 use crate::fused::reference;
 use burn::tensor::{Shape, Tensor};
@@ -20,10 +20,7 @@ use burn::tensor::{Shape, Tensor};
 /// When the shapes differ.
 pub fn sum(a: Tensor<2>, b: Tensor<2>) -> Tensor<2> {
     assert_eq!(a.dims(), b.dims(), "tensors of a sum must have one shape");
-    match is_on_host(&a) {
-        true => apply(Sum, vec![a.into_dispatch(), b.into_dispatch()]),
-        false => a + b,
-    }
+    if is_on_host(&a) { apply(Sum, vec![a.into_dispatch(), b.into_dispatch()]) } else { a + b }
 }
 
 #[derive(Clone, Debug)]
@@ -37,7 +34,7 @@ impl HostOperation for Sum {
         (HostTensor::new(sums.collect(), inputs[0].shape()), Some(()))
     }
 
-    fn backward(&self, (): (), cotangent: &[f32], needed: &[bool]) -> Vec<Option<Vec<f32>>> {
+    fn backward(&self, (): (), cotangent: &[f32], needed: &[bool]) -> Cotangents {
         needed.iter().map(|needed| needed.then(|| cotangent.to_vec())).collect()
     }
 }
@@ -90,12 +87,7 @@ impl HostOperation for Concatenated {
         (HostTensor::new(output, self.shape.clone()), Some(widths))
     }
 
-    fn backward(
-        &self,
-        widths: Self::Saved,
-        cotangent: &[f32],
-        needed: &[bool],
-    ) -> Vec<Option<Vec<f32>>> {
+    fn backward(&self, widths: Self::Saved, cotangent: &[f32], needed: &[bool]) -> Cotangents {
         let row: usize = widths.iter().sum();
         let mut start = 0;
         let part = |(width, needed): (&usize, &bool)| {
@@ -141,18 +133,11 @@ struct Normalised {
     epsilon: f32,
 }
 
-/// Gain, normal rows, and the inverse of each row's deviation.
-#[derive(Clone, Debug)]
-struct Normal {
-    gain: HostTensor,
-    rows: Vec<f32>,
-    inverse: Vec<f32>,
-}
-
 impl HostOperation for Normalised {
-    type Saved = Normal;
+    /// Gain, normalised rows, and the inverse deviation of each.
+    type Saved = (HostTensor, Vec<f32>, Vec<f32>);
 
-    fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Normal>) {
+    fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Self::Saved>) {
         let [x, gain, offset] = inputs else { panic!("rows, gain and offset") };
         let mut output = x.values().to_vec();
         let mut rows = vec![0.0; output.len()];
@@ -160,24 +145,16 @@ impl HostOperation for Normalised {
         let normalisation =
             Normalisation { gain: gain.values(), offset: offset.values(), epsilon: self.epsilon };
         normalise(normalisation, &mut output, &mut rows, &mut inverse);
-        let saved = tracked.then(|| Normal { gain: gain.clone(), rows, inverse });
+        let saved = tracked.then(|| (gain.clone(), rows, inverse));
         (HostTensor::new(output, x.shape()), saved)
     }
 
-    fn backward(&self, normal: Normal, cotangent: &[f32], _: &[bool]) -> Vec<Option<Vec<f32>>> {
-        let Normal { gain, rows, inverse } = normal;
+    fn backward(&self, saved: Self::Saved, cotangent: &[f32], _: &[bool]) -> Cotangents {
+        let (gain, rows, inverse) = saved;
         let width = gain.values().len();
-        let mut gradients = [vec![0.0; rows.len()], vec![0.0; width], vec![0.0; width]];
-        let [of_x, of_gain, of_offset] = &mut gradients;
-        pull_back_normalisation(
-            gain.values(),
-            &rows,
-            &inverse,
-            cotangent,
-            of_x,
-            of_gain,
-            of_offset,
-        );
-        gradients.map(Some).into()
+        let (gain, mut all) = (gain.values(), [rows.len(), width, width].map(|n| vec![0.0; n]));
+        let [of_x, of_gain, of_offset] = &mut all;
+        pull_back_normalisation(gain, &rows, &inverse, cotangent, of_x, of_gain, of_offset);
+        all.map(Some).into()
     }
 }

@@ -1,6 +1,6 @@
 //! Mean distance of rows.
 
-use crate::fused::host::{HostOperation, HostTensor, apply, is_on_host};
+use crate::fused::host::{Cotangents, HostOperation, HostTensor, apply, is_on_host};
 use crate::fused::reference;
 use burn::tensor::{Tensor, TensorData};
 use std::sync::Arc;
@@ -58,12 +58,7 @@ impl HostOperation for MeanDistance {
         (HostTensor::new(vec![mean], [1]), tracked.then(|| difference.into()))
     }
 
-    fn backward(
-        &self,
-        gradient: Self::Saved,
-        cotangent: &[f32],
-        _needed: &[bool],
-    ) -> Vec<Option<Vec<f32>>> {
+    fn backward(&self, gradient: Self::Saved, cotangent: &[f32], _needed: &[bool]) -> Cotangents {
         vec![Some(gradient.iter().map(|g| g * cotangent[0]).collect())]
     }
 }

@@ -1,7 +1,7 @@
 //! Sums of edge messages at the nodes of a graph.
 
 use crate::fused::error::IndexError;
-use crate::fused::host::{HostOperation, HostTensor, apply, is_on_host};
+use crate::fused::host::{Cotangents, HostOperation, HostTensor, apply, is_on_host};
 use crate::fused::index::{Gather, GatherPlan, check, inverse};
 use crate::fused::reference;
 use crate::fused::rows::add_up;
@@ -17,9 +17,12 @@ const EDGES_PER_TASK: usize = 64;
 /// Built once per graph and shared by every operation on it.
 #[derive(Debug)]
 pub struct EdgeTopology {
-    nodes: usize,
-    senders: Vec<u32>,
-    receivers: Vec<u32>,
+    /// Number of nodes.
+    pub nodes: usize,
+    /// Sending node of every edge.
+    pub senders: Vec<u32>,
+    /// Receiving node of every edge.
+    pub receivers: Vec<u32>,
     received: Vec<Vec<usize>>,
     sent: Vec<Vec<usize>>,
 }
@@ -32,29 +35,12 @@ impl EdgeTopology {
         receivers: &[usize],
     ) -> Result<Arc<Self>, IndexError> {
         if senders.len() != receivers.len() {
-            return Err(IndexError::UnpairedEdges {
-                senders: senders.len(),
-                receivers: receivers.len(),
-            });
+            let [senders, receivers] = [senders, receivers].map(<[usize]>::len);
+            return Err(IndexError::UnpairedEdges { senders, receivers });
         }
         let (senders, receivers) = (check(senders, nodes)?, check(receivers, nodes)?);
         let (received, sent) = (inverse(&receivers, nodes), inverse(&senders, nodes));
         Ok(Arc::new(Self { nodes, senders, receivers, received, sent }))
-    }
-
-    /// Number of nodes.
-    pub fn nodes(&self) -> usize {
-        self.nodes
-    }
-
-    /// Sending node of every edge.
-    pub fn senders(&self) -> &[u32] {
-        &self.senders
-    }
-
-    /// Receiving node of every edge.
-    pub fn receivers(&self) -> &[u32] {
-        &self.receivers
     }
 }
 
@@ -126,7 +112,7 @@ impl HostOperation for EdgeSum {
         (HostTensor::new(sums, [self.topology.nodes, width]), Some(width))
     }
 
-    fn backward(&self, width: usize, cotangent: &[f32], _needed: &[bool]) -> Vec<Option<Vec<f32>>> {
+    fn backward(&self, width: usize, cotangent: &[f32], _needed: &[bool]) -> Cotangents {
         let mut gradient = vec![0.0; self.topology.senders.len() * width];
         let edges = gradient.par_chunks_exact_mut(width).enumerate().with_min_len(EDGES_PER_TASK);
         edges.for_each(|(edge, gradient)| {

@@ -1,7 +1,7 @@
 //! Activations of whole tensors.
 
 use crate::fused::activation::{self, Activation};
-use crate::fused::host::{HostOperation, HostTensor, apply, is_on_host};
+use crate::fused::host::{Cotangents, HostOperation, HostTensor, apply, is_on_host};
 use crate::fused::reference;
 use burn::tensor::Tensor;
 use rayon::prelude::*;
@@ -41,12 +41,7 @@ impl HostOperation for Elementwise {
         (output.clone(), tracked.then_some(output))
     }
 
-    fn backward(
-        &self,
-        output: HostTensor,
-        cotangent: &[f32],
-        _needed: &[bool],
-    ) -> Vec<Option<Vec<f32>>> {
+    fn backward(&self, output: HostTensor, cotangent: &[f32], _needed: &[bool]) -> Cotangents {
         let mut gradient = vec![0.0; cotangent.len()];
         gradient
             .par_chunks_mut(NUMBERS_PER_TASK)

@@ -83,6 +83,9 @@ impl HostTensor {
     }
 }
 
+/// Cotangents of the inputs of an operation; none where it was not asked for.
+pub(crate) type Cotangents = Vec<Option<Vec<f32>>>;
+
 /// A differentiable function of host tensors with one output.
 pub(crate) trait HostOperation: Clone + Debug + Send + Sync + 'static {
     /// Tensors that the backward pass needs.
@@ -92,12 +95,7 @@ pub(crate) trait HostOperation: Clone + Debug + Send + Sync + 'static {
     fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Self::Saved>);
 
     /// Gradients of the inputs, from that of the output; those not `needed` may be left out.
-    fn backward(
-        &self,
-        saved: Self::Saved,
-        cotangent: &[f32],
-        needed: &[bool],
-    ) -> Vec<Option<Vec<f32>>>;
+    fn backward(&self, saved: Self::Saved, cotangent: &[f32], needed: &[bool]) -> Cotangents;
 }
 
 /// Evaluates `operation` on single-precision `inputs` and records it for differentiation.

@@ -56,10 +56,8 @@ impl GatherPlan {
     /// Every pair of an outer and an inner row, the outer slower: row `b · inner + i` reads row
     /// `i` of the first source and row `b` of the second.
     pub fn outer(outer: usize, inner: usize) -> Arc<Self> {
-        let inner_gather = match outer {
-            1 => Gather::Identity,
-            _ => Gather::Cyclic { period: inner },
-        };
+        let inner_gather =
+            if outer == 1 { Gather::Identity } else { Gather::Cyclic { period: inner } };
         Arc::new(Self {
             rows: outer * inner,
             sources: vec![inner_gather, Gather::Repeated { times: inner }],

@@ -1,7 +1,7 @@
 //! The fused perceptron as an operation of Burn.
 
 use crate::fused::activation::Activation;
-use crate::fused::host::{HostOperation, HostTensor, apply, is_on_host};
+use crate::fused::host::{Cotangents, HostOperation, HostTensor, apply, is_on_host};
 use crate::fused::index::GatherPlan;
 use crate::fused::mlp_backward::backward;
 use crate::fused::mlp_kernel::{Activations, Keep, Parameters, Source, forward};
@@ -42,7 +42,7 @@ const KEPT_BYTES: usize = 64 << 20;
 ///     normalisation: None,
 /// };
 /// // Two nodes and three parameters: six rows.
-/// let features = |values, first_row| Input::Features { values, first_row };
+/// let features = |values, first_row| Input { values, first_row: Some(first_row) };
 /// let nodes = features(Tensor::from_floats([[1.0], [2.0]], &device), 0);
 /// let parameters = features(Tensor::from_floats([[1.0], [2.0], [3.0]], &device), 1);
 /// let y = gathered_mlp(vec![nodes, parameters], &GatherPlan::outer(3, 2), weights);
@@ -57,18 +57,18 @@ pub fn gathered_mlp(
     weights: PerceptronWeights,
 ) -> Tensor<2> {
     check_shapes(&inputs, plan, &weights);
-    let are_on_host = inputs.iter().all(|input| is_on_host(input.tensor()));
+    let are_on_host = inputs.iter().all(|input| is_on_host(&input.values));
     if !are_on_host || !is_on_host(&weights.layers[1].0) || weights.widths().contains(&0) {
         return reference::gathered_mlp(inputs, plan, weights);
     }
     let operation = GatheredMlp {
         plan: plan.clone(),
         activation: weights.activation,
-        first_rows: inputs.iter().map(Input::first_row).collect(),
+        first_rows: inputs.iter().map(|input| input.first_row).collect(),
         epsilon: weights.normalisation.as_ref().map(|normalisation| normalisation.epsilon as f32),
     };
     let mut tensors: Vec<_> =
-        inputs.iter().map(|input| input.tensor().clone().into_dispatch()).collect();
+        inputs.into_iter().map(|input| input.values.into_dispatch()).collect();
     for (weight, bias) in weights.layers {
         tensors.extend([weight.into_dispatch(), bias.into_dispatch()]);
     }
@@ -76,27 +76,6 @@ pub fn gathered_mlp(
         tensors.extend([gain.into_dispatch(), offset.into_dispatch()]);
     }
     apply(operation, tensors)
-}
-
-impl Input {
-    /// Rows of its tensor.
-    pub fn rows(&self) -> usize {
-        self.tensor().dims()[0]
-    }
-
-    fn tensor(&self) -> &Tensor<2> {
-        match self {
-            Self::Features { values, .. } | Self::Product(values) => values,
-        }
-    }
-
-    /// First row of the first weight that multiplies it; none for a product formed before.
-    pub(crate) fn first_row(&self) -> Option<usize> {
-        match self {
-            Self::Features { first_row, .. } => Some(*first_row),
-            Self::Product(_) => None,
-        }
-    }
 }
 
 impl PerceptronWeights {
@@ -113,9 +92,9 @@ fn check_shapes(inputs: &[Input], plan: &GatherPlan, weights: &PerceptronWeights
     assert_eq!(hidden, [[first, second], [second, outputs]], "later weights against the biases");
     assert_eq!(inputs.len(), plan.source_rows.len(), "the plan's number of sources");
     for (input, rows) in inputs.iter().zip(&plan.source_rows) {
-        let [found, columns] = input.tensor().dims();
+        let [found, columns] = input.values.dims();
         assert_eq!(found, *rows, "rows of an input against the plan");
-        match input.first_row() {
+        match input.first_row {
             Some(row) => assert!(row + columns <= meeting, "an input beyond the first weight"),
             None => assert_eq!(columns, first, "a product against the first bias"),
         }
@@ -133,7 +112,7 @@ fn check_shapes(inputs: &[Input], plan: &GatherPlan, weights: &PerceptronWeights
 struct GatheredMlp {
     plan: Arc<GatherPlan>,
     activation: Activation,
-    /// Per input, see [`Input::first_row`].
+    /// Per input, see `first_row` of [`Input`].
     first_rows: Vec<Option<usize>>,
     /// Epsilon of the normalisation, if there is one.
     epsilon: Option<f32>,
@@ -199,7 +178,7 @@ impl HostOperation for GatheredMlp {
         (tensors, activations): Self::Saved,
         cotangent: &[f32],
         needed: &[bool],
-    ) -> Vec<Option<Vec<f32>>> {
+    ) -> Cotangents {
         let (sources, parameters) = (self.sources(&tensors), self.parameters(&tensors));
         let needed = &needed[..sources.len()];
         backward(&self.plan, &sources, &parameters, &activations, cotangent, needed)

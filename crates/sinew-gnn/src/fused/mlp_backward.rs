@@ -4,6 +4,7 @@
 //! summed in order, so that the result does not depend on the number of threads.
 
 use crate::fused::activation::{pull_back_rows, pull_back_single_output};
+use crate::fused::host::Cotangents;
 use crate::fused::index::{Gather, GatherPlan};
 use crate::fused::mlp_kernel::{
     Activations, FirstLayer, Parameters, Source, multiply_in_parallel, second_layer, split_off,
@@ -34,7 +35,7 @@ pub(crate) fn backward(
     activations: &Activations,
     cotangent: &[f32],
     needed: &[bool],
-) -> Vec<Option<Vec<f32>>> {
+) -> Cotangents {
     let [hidden, second, outputs] = parameters.widths();
     let recomputed = activations.second.is_empty();
     let pass = Pass {
@@ -275,7 +276,7 @@ impl Pass<'_> {
         mut tail: Vec<Vec<f32>>,
         of_sources: Vec<Vec<f32>>,
         d_first: &[f32],
-    ) -> Vec<Option<Vec<f32>>> {
+    ) -> Cotangents {
         let hidden = self.parameters.biases[0].len();
         let mut first_weight = vec![0.0; self.parameters.weights[0].len()];
         let mut gradients = Vec::with_capacity(self.sources.len() + 1 + TAIL);
@@ -302,7 +303,7 @@ impl Pass<'_> {
                 }
                 let mut input = vec![0.0; source.values.len()];
                 let weight = Panels::transposed(source.weight(self.parameters), hidden);
-                multiply_in_parallel(&product, hidden, &weight, source.width, &mut input);
+                multiply_in_parallel(&product, &weight, &mut input);
                 input
             }));
         }

@@ -24,7 +24,6 @@ pub(crate) fn tile_rows(rows: usize) -> usize {
 }
 
 /// Parameters of a perceptron.
-#[derive(Clone, Copy)]
 pub(crate) struct Parameters<'a> {
     pub activation: Activation,
     /// Weight of each layer, row by row.
@@ -40,7 +39,6 @@ impl Parameters<'_> {
 }
 
 /// Rows of an input, and what of the first weight they meet.
-#[derive(Clone, Copy)]
 pub(crate) struct Source<'a> {
     pub values: &'a [f32],
     /// Length of a row.
@@ -71,29 +69,18 @@ impl Source<'_> {
         }
         let rows = self.values.len() / self.width;
         let mut product = Buffer::take(rows * hidden);
-        multiply_in_parallel(
-            self.values,
-            self.width,
-            &Panels::new(self.weight(parameters), hidden),
-            hidden,
-            &mut product,
-        );
+        let weight = Panels::new(self.weight(parameters), hidden);
+        multiply_in_parallel(self.values, &weight, &mut product);
         product
     }
 }
 
 /// [`multiply`] spread over threads.
-pub(crate) fn multiply_in_parallel(
-    rows: &[f32],
-    depth: usize,
-    weight: &Panels,
-    columns: usize,
-    output: &mut [f32],
-) {
-    let chunk = tile_rows(output.len() / columns.max(1));
+pub(crate) fn multiply_in_parallel(rows: &[f32], weight: &Panels, output: &mut [f32]) {
+    let chunk = tile_rows(output.len() / weight.columns.max(1));
     output
-        .par_chunks_mut((chunk * columns).max(1))
-        .zip(rows.par_chunks((chunk * depth).max(1)))
+        .par_chunks_mut((chunk * weight.columns).max(1))
+        .zip(rows.par_chunks((chunk * weight.depth).max(1)))
         .for_each(|(output, rows)| multiply(rows, weight, Start::Zero, output));
 }
 
@@ -150,7 +137,6 @@ pub(crate) struct Activations {
 }
 
 /// Hidden layers that are kept.
-#[derive(Clone, Copy)]
 pub(crate) struct Keep {
     pub first: bool,
     pub second: bool,
@@ -225,21 +211,11 @@ fn forward_tile(
 ) {
     let [first, second, outputs] = parameters.widths();
     let rows = tile.output.len() / outputs;
-    let (mut first_scratch, mut second_scratch);
-    let first = match tile.first.is_empty() {
-        false => &mut *tile.first,
-        true => {
-            first_scratch = Buffer::take(rows * first);
-            &mut first_scratch
-        }
-    };
-    let second = match tile.second.is_empty() {
-        false => &mut *tile.second,
-        true => {
-            second_scratch = Buffer::take(rows * second);
-            &mut second_scratch
-        }
-    };
+    let scratch =
+        |kept: &[f32], width| Buffer::take(if kept.is_empty() { rows * width } else { 0 });
+    let (mut of_first, mut of_second) = (scratch(tile.first, first), scratch(tile.second, second));
+    let first = if tile.first.is_empty() { &mut of_first[..] } else { &mut *tile.first };
+    let second = if tile.second.is_empty() { &mut of_second[..] } else { &mut *tile.second };
     layer.evaluate(parameters, start, first);
     second_layer(parameters, second_weight, first, second);
     if outputs == 1 {

@@ -31,15 +31,10 @@ pub struct AdamRule {
 ///
 /// let rule = AdamRule { beta1: 0.9, beta2: 0.999, of_first: 10.0, of_gradient: 0.0, of_second: 1e3, epsilon: 0.0 };
 /// let (mut m, mut v, mut g) = ([0.0], [0.0], [-3.0]);
-/// adam_direction(&rule, &mut m, &mut v, &mut g);
+/// adam_direction(rule, &mut m, &mut v, &mut g);
 /// assert!((g[0] + 1.0).abs() < 1e-4); // the first step has the gradient's sign
 /// ```
-pub fn adam_direction(
-    rule: &AdamRule,
-    first: &mut [f32],
-    second: &mut [f32],
-    gradient: &mut [f32],
-) {
+pub fn adam_direction(rule: AdamRule, first: &mut [f32], second: &mut [f32], gradient: &mut [f32]) {
     first
         .par_chunks_mut(NUMBERS_PER_TASK)
         .zip(second.par_chunks_mut(NUMBERS_PER_TASK))
@@ -48,8 +43,8 @@ pub fn adam_direction(
 }
 
 vectorised! {
-    fn adam<FUSED>(rule: &AdamRule, first: &mut [f32], second: &mut [f32], gradient: &mut [f32]) {
-        let AdamRule { beta1, beta2, of_first, of_gradient, of_second, epsilon } = *rule;
+    fn adam<FUSED>(rule: AdamRule, first: &mut [f32], second: &mut [f32], gradient: &mut [f32]) {
+        let AdamRule { beta1, beta2, of_first, of_gradient, of_second, epsilon } = rule;
         for ((m, v), g) in first.iter_mut().zip(second).zip(gradient) {
             *m = multiply_add::<FUSED>(beta1, *m, (1.0 - beta1) * *g);
             *v = multiply_add::<FUSED>(beta2, *v, (1.0 - beta2) * *g * *g);
@@ -57,9 +52,7 @@ vectorised! {
             *g = ahead / ((of_second * *v).sqrt() + epsilon);
         }
     }
-}
 
-vectorised! {
     /// `momentum = decay · momentum + (1 − decay) gradient`, and replaces `gradient` by
     /// `of_momentum · momentum + of_gradient · gradient`.
     pub fn momentum_direction<FUSED>(
@@ -74,9 +67,7 @@ vectorised! {
             *g = multiply_add::<FUSED>(of_momentum, *m, of_gradient * *g);
         }
     }
-}
 
-vectorised! {
     /// `x = x − step · direction`.
     pub fn descend<FUSED>(step: f32, direction: &[f32], x: &mut [f32]) {
         for (x, d) in x.iter_mut().zip(direction) {

@@ -35,9 +35,7 @@ vectorised! {
             }
         }
     }
-}
 
-vectorised! {
     /// Computes the cotangent of the rows before normalisation, in `output`, from the `cotangent` of the normalised rows; adds to
     /// the gradients of gain and offset.
     pub(crate) fn pull_back_normalisation<FUSED>(

@@ -13,21 +13,19 @@ const COEFFICIENTS: [f32; 3] = [3.4445, -4.775, 2.0315];
 const SMALLEST_NORM: f64 = 1e-7;
 
 /// Replaces a matrix `U S Vᵀ`, whose rows have `columns` numbers, by nearly `U Vᵀ`, with singular values between about 0.7 and 1.2:
-/// the update direction of Muon. Zero stays zero.
+/// the update direction of Muon. Zero stays zero. Newton–Schulz steps: with X tall, `A = Xᵀ X` and `X ← X (a I + b A + c A²)`; a wide X is
+/// transposed before and after.
 ///
 /// ```
 /// let mut update = vec![3.0, 0.0, 0.0, -1e-1];
 /// sinew_gnn::fused::orthogonalise(&mut update, 2);
 /// assert!((0.65..1.3).contains(&update[0]) && (-1.3..-0.65).contains(&update[3]));
 /// ```
-pub fn orthogonalise(matrix: &mut Vec<f32>, columns: usize) {
-    if !matrix.is_empty() {
-        iterate(matrix, matrix.len() / columns, columns);
+pub fn orthogonalise(values: &mut Vec<f32>, columns: usize) {
+    if values.is_empty() {
+        return;
     }
-}
-
-/// All Newton–Schulz steps. With X tall, `A = Xᵀ X` and `X ← X (a I + b A + c A²)`; a wide X is transposed before and after.
-fn iterate(values: &mut Vec<f32>, rows: usize, columns: usize) {
+    let rows = values.len() / columns;
     let norm = values.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
     // Not `max`, which would hide a NaN.
     let scale = if norm < SMALLEST_NORM { SMALLEST_NORM } else { norm }.recip();

@@ -28,14 +28,9 @@ pub struct LayerNormalisation {
 
 /// One part of a perceptron's input.
 #[derive(Clone, Debug)]
-pub enum Input {
-    /// Numbers that the first weight multiplies.
-    Features {
-        /// `[rows, d]`.
-        values: Tensor<2>,
-        /// First of the rows of W₁ that multiply them.
-        first_row: usize,
-    },
-    /// Products with the first weight formed before, `[rows, h]`.
-    Product(Tensor<2>),
+pub struct Input {
+    /// Numbers that the first weight multiplies, `[rows, d]`, or products with it that were formed before, `[rows, h]`.
+    pub values: Tensor<2>,
+    /// First of the rows of W₁ that multiply them; none for products.
+    pub first_row: Option<usize>,
 }

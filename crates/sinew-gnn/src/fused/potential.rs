@@ -1,6 +1,6 @@
 //! A potential energy computed outside of Burn as one differentiable operation.
 
-use crate::fused::host::{HostOperation, HostTensor, apply};
+use crate::fused::host::{Cotangents, HostOperation, HostTensor, apply};
 use burn::tensor::{DType, Tensor};
 use rayon::prelude::*;
 use std::fmt;
@@ -77,12 +77,7 @@ impl HostOperation for Potential {
         (HostTensor::new(energies, [samples]), tracked.then(|| Arc::new(gradients)))
     }
 
-    fn backward(
-        &self,
-        saved: Self::Saved,
-        cotangent: &[f32],
-        _needed: &[bool],
-    ) -> Vec<Option<Vec<f32>>> {
+    fn backward(&self, saved: Self::Saved, cotangent: &[f32], _needed: &[bool]) -> Cotangents {
         let samples = saved.iter().zip(cotangent);
         vec![Some(samples.flat_map(|(gradient, c)| gradient.iter().map(move |g| g * c)).collect())]
     }

@@ -15,8 +15,8 @@ const LANES: usize = 16;
 /// A matrix packed into panels of some columns, each row by row, filled up with zeros.
 pub(crate) struct Panels {
     values: Buffer,
-    depth: usize,
-    columns: usize,
+    pub depth: usize,
+    pub columns: usize,
 }
 
 impl Panels {

@@ -24,12 +24,12 @@ pub fn activate<const D: usize>(x: Tensor<D>, activation: Activation) -> Tensor<
 /// Per node, the sum of received messages minus the sum of sent ones.
 pub fn signed_edge_sum(messages: Tensor<2>, topology: &EdgeTopology) -> Tensor<2> {
     let received = received_edge_sum(messages.clone(), topology);
-    received - sum_at(messages, topology.senders(), topology.nodes())
+    received - sum_at(messages, &topology.senders, topology.nodes)
 }
 
 /// Per node, the sum of received messages.
 pub fn received_edge_sum(messages: Tensor<2>, topology: &EdgeTopology) -> Tensor<2> {
-    sum_at(messages, topology.receivers(), topology.nodes())
+    sum_at(messages, &topology.receivers, topology.nodes)
 }
 
 fn sum_at(messages: Tensor<2>, targets: &[u32], count: usize) -> Tensor<2> {
@@ -53,11 +53,11 @@ pub fn gathered_mlp(
 ) -> Tensor<2> {
     let [(weight, bias), hidden @ ..] = weights.layers;
     let mut output = bias.unsqueeze::<2>();
-    for (number, input) in inputs.into_iter().enumerate() {
-        let product = match input {
-            Input::Product(product) => product,
-            Input::Features { values, first_row } => {
-                let rows = first_row..first_row + values.dims()[1];
+    for (number, Input { values, first_row }) in inputs.into_iter().enumerate() {
+        let product = match first_row {
+            None => values,
+            Some(row) => {
+                let rows = row..row + values.dims()[1];
                 values.matmul(weight.clone().slice_dim(0, rows))
             }
         };

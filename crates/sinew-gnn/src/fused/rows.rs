@@ -37,9 +37,7 @@ vectorised! {
             }
         }
     }
-}
 
-vectorised! {
     /// `x = bias + Σ_k source_k[index_k[row]]` for consecutive rows from `start` on.
     pub(crate) fn gather_sums<FUSED>(
         bias: &[f32],
@@ -58,9 +56,7 @@ vectorised! {
             }
         }
     }
-}
 
-vectorised! {
     /// Adds `rows`, from row `start` on, to the rows of the source they were gathered from.
     pub(crate) fn add_gathered_rows<FUSED>(gather: &Gather, start: usize, width: usize, rows: &[f32], sums: &mut [f32]) {
         for (offset, row) in rows.chunks_exact(width).enumerate() {
@@ -70,18 +66,14 @@ vectorised! {
             }
         }
     }
-}
 
-vectorised! {
     /// Products of the rows of `hidden` with the one column of a last layer.
     pub(crate) fn single_output<FUSED>(weight: &[f32], hidden: &[f32], output: &mut [f32]) {
         for (row, output) in hidden.chunks_exact(weight.len()).zip(output) {
             *output = dot::<FUSED>(row, weight);
         }
     }
-}
 
-vectorised! {
     /// Adds `bias` to every row.
     pub(crate) fn add_to_rows<FUSED>(bias: &[f32], rows: &mut [f32]) {
         for row in rows.chunks_exact_mut(bias.len()) {
@@ -90,9 +82,7 @@ vectorised! {
             }
         }
     }
-}
 
-vectorised! {
     /// Adds every row to `sum`.
     pub(crate) fn add_rows_into<FUSED>(sum: &mut [f32], rows: &[f32]) {
         for row in rows.chunks_exact(sum.len()) {
@@ -101,9 +91,7 @@ vectorised! {
             }
         }
     }
-}
 
-vectorised! {
     /// Adds `values` to `sum`.
     pub(crate) fn add_into<FUSED>(sum: &mut [f32], values: &[f32]) {
         for (sum, value) in sum.iter_mut().zip(values) {

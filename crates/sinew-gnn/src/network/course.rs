@@ -1,18 +1,21 @@
 //! The course of a training over its stages: the curve on the held-out cases, and the weights that are kept.
 
-use super::{Plan, trainer};
-use crate::data::{DataSet, Geometry};
-use crate::error::{Error, Result};
-use crate::surrogate::Surrogate;
-use crate::training::{Concern, HistoryPoint, TrainingConfig, TrainingReport};
-use sinew_emulate::parts::Session;
+use super::{Meaning, Plan};
+use crate::{
+    Backend, Concern, DataSet, Error, Geometry, HistoryPoint, Result, Scales, Surrogate, Trainer,
+    TrainingConfig, TrainingReport, coordinates, features,
+};
+use sinew_emulate::parts::{Session, expand, scaling, with_anchors};
 use sinew_emulate::store::{read_json, write_json};
-use sinew_emulate::{CurvePoint, Kept, Observer, Progress, TestSet, Warning};
+use sinew_emulate::{CurvePoint, Kept, Progress, TrainingOptions, Warning};
+use sinew_fem::Solver;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 /// The stages of a training and what they leave.
-pub(super) struct Course {
+pub(super) struct Course<'c, 'a, 'b> {
+    pub session: &'c mut Session<'a, 'b>,
+    plan: &'c Plan<'c>,
     pub curve: Vec<CurvePoint>,
     file: Option<PathBuf>,
     /// Steps and seconds of the stages before.
@@ -21,44 +24,81 @@ pub(super) struct Course {
     pub kept: Option<Kept>,
 }
 
-impl Course {
-    pub(super) fn new(session: &Session<'_, '_>) -> Result<Self> {
+impl<'c, 'a, 'b> Course<'c, 'a, 'b> {
+    pub(super) fn new(session: &'c mut Session<'a, 'b>, plan: &'c Plan<'c>) -> Result<Self> {
         let file = session.folder("curve.json");
         let stored = match &file {
             Some(file) if session.options.resume => read_json(file)?,
             _ => None,
         };
-        Ok(Self { curve: stored.unwrap_or_default(), file, before: (0, 0.0), kept: None })
+        let curve = stored.unwrap_or_default();
+        Ok(Self { session, plan, curve, file, before: (0, 0.0), kept: None })
     }
 
     pub(super) fn stage(
         &mut self,
-        session: &mut Session<'_, '_>,
         name: &str,
         data: &DataSet,
-        plan: &Plan<'_>,
         config: &TrainingConfig,
     ) -> Result<Surrogate> {
-        let stage = format!("train {} ({name})", plan.recipe);
-        let checkpoint = session.folder(name);
-        let mut trainer = trainer(session, checkpoint.as_deref(), data, plan, config)?;
-        let mut watch = Watch {
-            course: self,
-            observer: &mut *session.observer,
-            stage: &stage,
-            held_out: plan.held_out,
-            geometry: &data.geometries[0],
-            warned: false,
-        };
-        if session.options.budget.is_nothing() {
+        let stage = format!("train {} ({name})", self.plan.recipe);
+        let mut trainer = self.trainer(name, data, config)?;
+        if self.session.options.budget.is_nothing() {
             return Ok(trainer.into_surrogate());
         }
+        let geometry = &data.geometries[0];
+        let mut watch = Watch { course: self, stage: &stage, geometry, warned: false };
         let report = trainer.run(&mut watch)?;
         if report.interrupted {
             return Err(sinew_emulate::Error::Interrupted { stage }.into());
         }
-        self.finish(session, &stage, report);
+        self.finish(&stage, report);
         Ok(trainer.into_surrogate())
+    }
+
+    /// A new trainer, one that starts from what another run has learned, or the one of the checkpoint.
+    fn trainer(&self, name: &str, data: &DataSet, config: &TrainingConfig) -> Result<Trainer> {
+        let Self { session, plan, .. } = self;
+        let checkpoint = session.folder(name);
+        let backend: std::result::Result<Backend, String> = session.options.backend.parse();
+        let backend = backend.map_err(|reason| sinew_emulate::Error::Network(reason.into()))?;
+        let (device, objective) = (backend.device()?, (plan.objective)()?);
+        if let Some(folder) = &checkpoint
+            && session.options.resume
+            && folder.exists()
+        {
+            return Trainer::resume(folder, data.clone(), objective, &device);
+        }
+        let surrogate = match &session.options.start {
+            Some(run) => {
+                Surrogate::load(&run.join("emulator/network"), &device)?.transferred_to(data)?
+            }
+            None => {
+                let sizes = plan.network.on(&data.geometries[0], session.body.parameters.len());
+                let scales =
+                    Scales::over(&data.geometries, scaling(session.body)?, plan.scale.clone())?;
+                Surrogate::new(&sizes, data, scales, config.seed, &device)?
+            }
+        };
+        let mut trainer = Trainer::new(surrogate, data.clone(), objective, config.clone())?;
+        trainer.checkpoints = checkpoint;
+        Ok(trainer)
+    }
+
+    /// Taylor expansion of motions about a displacement in the parameters, through further anchors where there are some, their derivatives among
+    /// the features of the geometry. Orders are tried at the first of some parameter sets.
+    pub(super) fn expanded(&mut self, geometry: &mut Geometry, anchor: &[f64]) -> Result<Meaning> {
+        /// Parameter sets that orders are tried at.
+        const TRIED: usize = 32;
+        let (session, thetas) = (&mut *self.session, self.plan.thetas);
+        let motions = coordinates::at_anchor(session.body, &geometry.topology, anchor)?;
+        let tried = &thetas[..thetas.len().min(TRIED)];
+        let mut solver = Solver::new(session.body)?;
+        let (motions, first) = expand(&mut solver, motions, tried)?;
+        features::add_features(geometry, &first)?;
+        let TrainingOptions { anchors, seed, .. } = *session.options;
+        let motions = with_anchors(&mut solver, motions, anchors, seed, session.observer)?;
+        Ok(Meaning::Motions(motions))
     }
 
     /// The network of an earlier stage or of the last, whichever has the lower error. A Taylor expansion about one state
@@ -78,7 +118,7 @@ impl Course {
         }
     }
 
-    fn finish(&mut self, session: &mut Session<'_, '_>, stage: &str, report: TrainingReport) {
+    fn finish(&mut self, stage: &str, report: TrainingReport) {
         let TrainingReport { kept_step, kept_error: error, .. } = report;
         let (step, before) = (self.before.0 + kept_step as u64, self.kept.map_or(0, |k| k.returns));
         self.kept = Some(Kept { step, error, returns: before + report.returns });
@@ -86,9 +126,11 @@ impl Course {
         let error = kept.and_then(|point| point.medians).map_or(String::new(), |[u, ..]| {
             format!(", median error {u:.2e} after {kept_step}, which are kept")
         });
-        session.observer.finished(stage, &format!("{} steps{error}", report.steps), report.seconds);
+        let done = format!("{} steps{error}", report.steps);
+        self.session.observer.finished(stage, &done, report.seconds);
         for concern in report.concerns {
-            session.warn(Warning::Training { stage: stage.into(), concern: concern.to_string() });
+            self.session
+                .warn(Warning::Training { stage: stage.into(), concern: concern.to_string() });
         }
         self.before.0 += report.steps as u64;
         self.before.1 += report.seconds;
@@ -96,21 +138,19 @@ impl Course {
 }
 
 /// Receives the progress of a trainer and passes it on to the observer.
-struct Watch<'a> {
-    course: &'a mut Course,
-    observer: &'a mut dyn Observer,
-    stage: &'a str,
-    held_out: &'a TestSet<'a>,
-    geometry: &'a Geometry,
+struct Watch<'w, 'c, 'a, 'b> {
+    course: &'w mut Course<'c, 'a, 'b>,
+    stage: &'w str,
+    geometry: &'w Geometry,
     /// Whether a concern of this stage was said before its end.
     warned: bool,
 }
 
-impl crate::training::TrainingObserver for Watch<'_> {
+impl crate::training::TrainingObserver for Watch<'_, '_, '_, '_> {
     fn progress(&mut self, progress: &crate::training::TrainingProgress) -> ControlFlow<()> {
         let error = self.course.curve.last().and_then(|point| point.medians);
         let error = error.map_or(String::new(), |[u, ..]| format!("  median error {u:.2e}"));
-        self.observer.progress(&Progress {
+        self.course.session.observer.progress(&Progress {
             stage: self.stage,
             fraction: progress.share,
             seconds_left: progress.remaining_seconds,
@@ -122,16 +162,8 @@ impl crate::training::TrainingObserver for Watch<'_> {
     fn evaluate(&mut self, surrogate: &Surrogate, point: &HistoryPoint) -> Result<Option<f64>> {
         let (steps, seconds) = self.course.before;
         let (step, train_s) = (steps + point.step as u64, seconds + point.seconds);
-        let mut point = CurvePoint {
-            step,
-            train_s,
-            loss: point.loss,
-            medians: None,
-            energy_excess_pct: None,
-            error: None,
-            inverted: 0,
-        };
-        let held_out = self.held_out;
+        let mut point = CurvePoint { step, train_s, loss: point.loss, ..CurvePoint::default() };
+        let held_out = self.course.plan.held_out;
         let found = match surrogate.predict(self.geometry, &held_out.thetas) {
             Ok(prediction) => {
                 let fields = 0..held_out.thetas.len();
@@ -153,7 +185,10 @@ impl crate::training::TrainingObserver for Watch<'_> {
     fn concern(&mut self, concern: &Concern) {
         if !std::mem::replace(&mut self.warned, true) {
             let stage = format!("{}, so far", self.stage);
-            self.observer.warning(&Warning::Training { stage, concern: concern.to_string() });
+            self.course
+                .session
+                .observer
+                .warning(&Warning::Training { stage, concern: concern.to_string() });
         }
     }
 }

@@ -1,13 +1,9 @@
-//! Data-driven training on displacements and their gradients.
+//! Deformation gradients of displacements.
 
 use burn::tensor::{Device, Int, Tensor, TensorData};
 
-use super::{Batch, DataFit, Objective, SQUARED_NORM_FLOOR};
-use crate::data::DataSet;
-use crate::error::Result;
-use sinew_emulate::coordinates::{
-    CoordinateError, require_count, require_finite, require_positive,
-};
+use crate::{Geometry, Result};
+use sinew_emulate::coordinates::{CoordinateError, require_count, require_finite};
 
 /// Gradients of the shape functions of one geometry's linear simplices, constant per cell.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,77 +16,32 @@ pub struct GradientOperator {
     pub shape_gradients: Vec<f64>,
 }
 
-/// Displacements and deformation gradients, `mean ‖u − û‖₂ + w mean ‖F − F̂‖_F` (thesis, Equation B.1).
-///
-/// Nodal distances are in units of a characteristic length; deformation gradients have none.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DataFitWithGradient {
-    /// Weight w of the second term.
-    pub weight: f64,
-    fit: DataFit,
-    operators: Vec<GradientOperator>,
-}
-
-impl DataFitWithGradient {
-    /// Objective with one operator per geometry.
-    ///
-    /// # Errors
-    /// A length or weight that is not positive, gradients that are not finite or do not fit the cells.
-    pub fn new(length: f64, weight: f64, operators: Vec<GradientOperator>) -> Result<Self> {
-        require_positive("the weight of the deformation gradients", weight)?;
-        for operator in &operators {
-            require_finite("shape gradients", &operator.shape_gradients)?;
-            if operator.nodes_per_cell == 0 || operator.cells.is_empty() {
-                return Err(CoordinateError::Count {
-                    what: "cells of a gradient operator",
-                    found: 0,
-                    expected: 1,
-                }
-                .into());
-            }
-            let loose = operator.cells.len() % operator.nodes_per_cell;
-            require_count("cell nodes beyond whole cells", loose, 0)?;
-        }
-        Ok(Self { weight, fit: DataFit::new(length)?, operators })
-    }
-}
-
-impl Objective for DataFitWithGradient {
-    fn check(&self, data: &DataSet) -> Result<()> {
-        self.fit.check(data)?;
-        require_count("gradient operators", self.operators.len(), data.geometries.len())?;
-        for (operator, geometry) in self.operators.iter().zip(&data.geometries) {
-            let nodes = geometry.topology.real_nodes;
-            let dimensions = geometry.dirichlet.prescribed.len() / nodes.max(1);
-            let expected = operator.cells.len() * dimensions;
-            require_count("shape gradients", operator.shape_gradients.len(), expected)?;
-            if let Some(&node) = operator.cells.iter().find(|&&node| node >= nodes) {
-                return Err(CoordinateError::Count {
-                    what: "node index of a cell",
-                    found: node,
-                    expected: nodes,
-                }
-                .into());
-            }
-        }
-        Ok(())
-    }
-
-    fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {
-        let simulated = TensorData::new(DataFit::simulated(batch), displacement.dims());
-        let simulated = Tensor::from_data(simulated, &displacement.device());
-        let difference = (displacement.clone() - simulated) / self.fit.length;
-        let squared = self.operators[batch.geometry].squared_gradient(difference);
-        // F − F̂ = ∇(u − û): the length that made u dimensionless is put back.
-        let weight = self.weight * self.fit.length;
-        Ok(self.fit.loss(batch, displacement)?
-            + (squared + SQUARED_NORM_FLOOR).sqrt().mean() * weight)
-    }
-}
-
 impl GradientOperator {
+    pub(super) fn check(&self) -> Result<()> {
+        require_finite("shape gradients", &self.shape_gradients)?;
+        if self.nodes_per_cell == 0 || self.cells.is_empty() {
+            require_count("cells of a gradient operator", 0, 1)?;
+        }
+        let loose = self.cells.len() % self.nodes_per_cell;
+        Ok(require_count("cell nodes beyond whole cells", loose, 0)?)
+    }
+
+    pub(super) fn check_geometry(&self, geometry: &Geometry) -> Result<()> {
+        let nodes = geometry.topology.real_nodes;
+        let dimensions = geometry.dirichlet.prescribed.len() / nodes.max(1);
+        let expected = self.cells.len() * dimensions;
+        require_count("shape gradients", self.shape_gradients.len(), expected)?;
+        match self.cells.iter().find(|&&node| node >= nodes) {
+            None => Ok(()),
+            Some(&found) => {
+                let what = "node index of a cell";
+                Err(CoordinateError::Count { what, found, expected: nodes }.into())
+            }
+        }
+    }
+
     /// Squared norms of the displacement gradients, `[batch, cells, 1]`.
-    fn squared_gradient(&self, displacement: Tensor<3>) -> Tensor<3> {
+    pub(super) fn squared_gradient(&self, displacement: Tensor<3>) -> Tensor<3> {
         let [batch, _, dimensions] = displacement.dims();
         let cells = self.cells.len() / self.nodes_per_cell;
         let device = displacement.device();

@@ -6,8 +6,7 @@ use burn::tensor::Tensor;
 use sinew_energy::Body;
 
 use super::{Batch, Objective};
-use crate::data::{DataSet, Sample};
-use crate::error::{Error, Result};
+use crate::{DataSet, Error, Result, Sample};
 use sinew_emulate::coordinates::{require_count, require_positive};
 
 /// A total potential energy Π(u; θ) of any dimension and material.
@@ -81,12 +80,9 @@ impl Objective for MinimumPotential {
     fn check(&self, data: &DataSet) -> Result<()> {
         require_count("potentials", self.potentials.len(), data.geometries.len())?;
         self.potentials.iter().zip(&data.geometries).try_for_each(|(potential, geometry)| {
-            let expected = geometry.dirichlet.prescribed.len();
-            require_count(
-                "degrees of freedom of a potential",
-                potential.degrees_of_freedom(),
-                expected,
-            )
+            let (found, expected) =
+                (potential.degrees_of_freedom(), geometry.dirichlet.prescribed.len());
+            require_count("degrees of freedom of a potential", found, expected)
         })?;
         let samples = data.training.iter().chain(&data.validation).enumerate();
         for (sample, Sample { geometry, theta, .. }) in samples {

@@ -56,7 +56,7 @@ fn of_vector(config: &MuonConfig, steps: usize, update: &mut Update) {
     let (of_first, of_gradient) = nesterov(beta1, steps);
     let of_second = 1.0 / (1.0 - beta2.powi(steps as i32));
     let epsilon = ADAM_EPSILON;
-    update.by_adam(&AdamRule { beta1, beta2, of_first, of_gradient, of_second, epsilon });
+    update.by_adam(AdamRule { beta1, beta2, of_first, of_gradient, of_second, epsilon });
 }
 
 /// Whether a parameter's direction of change is orthogonalised, as those of matrices are.

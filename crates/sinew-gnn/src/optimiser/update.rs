@@ -46,7 +46,7 @@ pub(crate) struct Update {
 
 impl Update {
     /// Turns the gradient into Adam's direction of change.
-    pub(super) fn by_adam(&mut self, rule: &AdamRule) {
+    pub(super) fn by_adam(&mut self, rule: AdamRule) {
         let Self { gradient, moments, .. } = self;
         moments.first.resize(gradient.len(), 0.0);
         moments.second.resize(gradient.len(), 0.0);

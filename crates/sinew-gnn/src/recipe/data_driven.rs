@@ -3,7 +3,7 @@
 use crate::coordinates::OutputCoordinates;
 use crate::error::Result;
 use crate::network::{Network, Plan, TrainedNetwork, train};
-use crate::objective::{DataFit, DataFitWithGradient, GradientOperator, Objective};
+use crate::objective::{DataFit, GradientOperator, Objective};
 use crate::training::{TrainingBudget, TrainingConfig};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::coordinates::OutputScale;
@@ -74,8 +74,9 @@ impl DataDriven {
     }
 
     fn objective(&self, body: &Body, length: f64) -> Result<Box<dyn Objective>> {
+        let fit = DataFit::new(length)?;
         if self.gradient_weight == 0.0 {
-            return Ok(Box::new(DataFit::new(length)?));
+            return Ok(Box::new(fit));
         }
         let points = 0..body.volumes.len();
         let operator = GradientOperator {
@@ -84,6 +85,6 @@ impl DataDriven {
             cells: points.flat_map(|point| body.nodes_of_point(point).to_vec()).collect(),
             shape_gradients: body.shape_gradients.as_flattened().to_vec(),
         };
-        Ok(Box::new(DataFitWithGradient::new(length, self.gradient_weight, vec![operator])?))
+        Ok(Box::new(fit.with_gradients(self.gradient_weight, vec![operator])?))
     }
 }

@@ -28,11 +28,12 @@ impl Trainer {
     /// Returns whether it did. After the last step it does not return.
     pub(super) fn judge(&mut self, error: Option<f64>) -> bool {
         let Some(error) = error else { return false };
-        let best = self.best.as_ref().map(|best| best.error);
+        let best = self.best.as_ref().map(|(best, _)| best.error);
         let improved = error.is_finite() && best.is_none_or(|best| error < best);
         if improved {
             let (step, emulator) = (self.progress.clock.step, self.surrogate.emulator.clone());
-            self.best = Some(Best { error, step, emulator, optimiser: self.optimiser.clone() });
+            let (optimiser, embedded_nodes) = (self.optimiser.clone(), emulator.embedded_nodes());
+            self.best = Some((Best { error, step, optimiser, embedded_nodes }, emulator));
         }
         let over = self.progress.clock.share(self.config.budget) >= 1.0;
         let left = !over && best.is_some_and(|best| has_left(error, best));
@@ -47,8 +48,8 @@ impl Trainer {
 
     /// Goes on from the best weights with a smaller learning rate; `false` where there are none.
     fn return_to_best(&mut self) -> bool {
-        let Some(best) = &self.best else { return false };
-        self.emulator = best.emulator.clone().train();
+        let Some((best, emulator)) = &self.best else { return false };
+        self.emulator = emulator.clone().train();
         self.optimiser = best.optimiser.clone();
         // Weights from the time of message passing hold no embeddings of their own, and predict others.
         self.frozen.clear();
@@ -60,15 +61,11 @@ impl Trainer {
 
     /// Puts the kept weights into the surrogate; their step, and their error where one was found.
     pub(super) fn keep_best(&mut self) -> (usize, Option<f64>) {
-        match &self.best {
-            Some(best) => {
-                self.surrogate.emulator = best.emulator.clone();
-                (best.step, Some(best.error))
-            }
-            None => {
-                self.surrogate.emulator = self.emulator.valid();
-                (self.progress.clock.step, None)
-            }
-        }
+        let (emulator, kept) = match &self.best {
+            Some((best, emulator)) => (emulator.clone(), (best.step, Some(best.error))),
+            None => (self.emulator.valid(), (self.progress.clock.step, None)),
+        };
+        self.surrogate.emulator = emulator;
+        kept
     }
 }

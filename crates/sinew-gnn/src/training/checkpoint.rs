@@ -5,16 +5,12 @@ use std::path::Path;
 use burn::tensor::Device;
 use serde::{Deserialize, Serialize};
 
-use super::config::TrainingConfig;
 use super::sampler::{Sampler, SamplerState};
 use super::trainer::{Best, RunState, Trainer};
-use crate::data::DataSet;
-use crate::error::Result;
 use crate::files::{open_directory, read_json, replace_directory, write_json};
-use crate::objective::Objective;
 use crate::optimiser::Optimiser;
 use crate::store::{check_version, load_weights, read_surrogate, save_weights, write_surrogate};
-use crate::surrogate::Surrogate;
+use crate::{DataSet, Error, Objective, Result, TrainingConfig};
 use sinew_emulate::coordinates::require_count;
 
 /// Version of the checkpoint format.
@@ -32,17 +28,7 @@ pub(super) struct Run {
     pub optimiser: Optimiser,
     /// Number of training samples.
     pub samples: usize,
-    best: Option<BestRun>,
-}
-
-/// State of the best weights beside themselves.
-#[derive(Serialize, Deserialize)]
-struct BestRun {
-    error: f64,
-    step: usize,
-    optimiser: Optimiser,
-    /// Rows of the embeddings that are weights.
-    embedded_nodes: Vec<Vec<usize>>,
+    best: Option<Best>,
 }
 
 impl Trainer {
@@ -55,9 +41,18 @@ impl Trainer {
         directory: &Path,
         data: DataSet,
         objective: Box<dyn Objective>,
-        device: &burn::tensor::Device,
+        device: &Device,
     ) -> Result<Self> {
-        let (surrogate, run, best) = read(directory, device)?;
+        let folder = open_directory(directory);
+        check_version(&folder.join(RUN), VERSION)?;
+        let run: Run = read_json(&folder.join(RUN))?;
+        let surrogate = read_surrogate(&folder, device)?;
+        let load = |best: Best| {
+            let emulator = surrogate.emulator.clone();
+            let emulator = load_weights(emulator, &best.embedded_nodes, &folder.join(BEST))?;
+            Ok::<_, Error>((best, emulator))
+        };
+        let best = run.best.map(load).transpose()?;
         let mut trainer = Self::new(surrogate, data, objective, run.config)?;
         let (samples, geometries) = (&trainer.data.training, trainer.data.geometries.len());
         require_count("training samples", samples.len(), run.samples)?;
@@ -65,7 +60,8 @@ impl Trainer {
         trainer.optimiser = run.optimiser;
         trainer.progress = run.progress;
         trainer.best = best;
-        Ok(trainer.with_checkpoints(directory))
+        trainer.checkpoints = Some(directory.into());
+        Ok(trainer)
     }
 
     /// Writes weights, optimiser, position and random state to `directory`, replacing what is there at once.
@@ -80,35 +76,14 @@ impl Trainer {
             sampler: self.sampler.state.clone(),
             optimiser: self.optimiser.clone(),
             samples: self.data.training.len(),
-            best: self.best.as_ref().map(|best| BestRun {
-                error: best.error,
-                step: best.step,
-                optimiser: best.optimiser.clone(),
-                embedded_nodes: best.emulator.embedded_nodes(),
-            }),
+            best: self.best.as_ref().map(|(best, _)| best.clone()),
         };
         replace_directory(directory, |folder| {
             write_surrogate(&self.current_surrogate(), folder)?;
-            if let Some(best) = &self.best {
-                save_weights(&best.emulator, &folder.join(BEST))?;
+            if let Some((_, emulator)) = &self.best {
+                save_weights(emulator, &folder.join(BEST))?;
             }
             write_json(&folder.join(RUN), &run)
         })
     }
-}
-
-fn read(directory: &Path, device: &Device) -> Result<(Surrogate, Run, Option<Best>)> {
-    let folder = open_directory(directory);
-    check_version(&folder.join(RUN), VERSION)?;
-    let run: Run = read_json(&folder.join(RUN))?;
-    let surrogate = read_surrogate(&folder, device)?;
-    let best = match &run.best {
-        None => None,
-        Some(BestRun { error, step, optimiser, embedded_nodes }) => {
-            let emulator = surrogate.emulator.clone();
-            let emulator = load_weights(emulator, embedded_nodes, &folder.join(BEST))?;
-            Some(Best { error: *error, step: *step, emulator, optimiser: optimiser.clone() })
-        }
-    };
-    Ok((surrogate, run, best))
 }

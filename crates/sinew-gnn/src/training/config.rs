@@ -2,9 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result};
-use crate::optimiser::OptimiserConfig;
-use crate::schedule::Schedule;
+use crate::{Error, OptimiserConfig, Result, Schedule};
 use sinew_emulate::coordinates::require_positive;
 
 /// Length of the training.
@@ -66,20 +64,6 @@ impl Default for TrainingConfig {
 }
 
 impl TrainingConfig {
-    /// The thesis' schedule (§3.3.1): 5000 epochs of 200 samples, one by one, Adam at 1e-4.
-    pub fn thesis() -> Self {
-        Self {
-            optimiser: OptimiserConfig::adam(),
-            learning_rate: 1e-4,
-            schedule: Schedule::Constant,
-            budget: TrainingBudget::Steps(5000 * 200),
-            batch: 1,
-            gradient_norm_limit: None,
-            evaluations: 500,
-            ..Self::default()
-        }
-    }
-
     /// Requires a positive batch, budget and learning rate.
     ///
     /// # Errors

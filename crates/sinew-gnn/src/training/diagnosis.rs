@@ -1,9 +1,7 @@
 //! Diagnosis of the weights that a training leaves.
 
-use super::concern::{Concern, Thoroughness};
-use super::progress::HistoryPoint;
-use super::trainer::Trainer;
-use crate::error::Result;
+use super::concern::Thoroughness;
+use crate::{Concern, HistoryPoint, Result, Trainer};
 
 /// Standard deviations of a mean loss that count as noise of the drawn samples: the lowest of twenty means of about six
 /// batches is easily off by four.
@@ -42,7 +40,7 @@ impl Trainer {
         let history = &self.progress.history;
         let until = match (thoroughness, &self.best) {
             // Evaluations after the kept weights do not count.
-            (Thoroughness::AllSamples, Some(best)) => {
+            (Thoroughness::AllSamples, Some((best, _))) => {
                 history.partition_point(|point| point.step <= best.step)
             }
             _ => history.len(),

@@ -4,9 +4,7 @@ use std::ops::ControlFlow;
 
 use serde::{Deserialize, Serialize};
 
-use super::concern::Concern;
-use crate::error::Result;
-use crate::surrogate::Surrogate;
+use crate::{Concern, Result, Surrogate};
 
 /// State of a run after a step.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -9,7 +9,6 @@ use crate::data::Sample;
 
 /// Draws batches of one geometry each, every sample once per epoch. The samples of a geometry are
 /// divided into batches that differ by at most one in size.
-#[derive(Debug, Clone)]
 pub(crate) struct Sampler {
     by_geometry: Vec<Vec<usize>>,
     batch: usize,

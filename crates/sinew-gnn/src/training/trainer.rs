@@ -11,13 +11,9 @@ use super::concern::Thoroughness;
 use super::config::TrainingConfig;
 use super::progress::{HistoryPoint, TrainingObserver, TrainingProgress, TrainingReport};
 use super::sampler::Sampler;
-use crate::data::{DataSet, Sample};
-use crate::error::{Error, Result};
-use crate::graph_network::{Embedding, GraphNetwork};
-use crate::objective::{Batch, Objective};
 use crate::optimiser::Optimiser;
-use crate::surrogate::Surrogate;
 use crate::tensors::GeometryTensors;
+use crate::{Batch, DataSet, Embedding, Error, GraphNetwork, Objective, Result, Sample, Surrogate};
 use sinew_emulate::coordinates::require_count;
 
 /// Share of the budget from which on losses are judged. About a solution, zero outputs are good, and a good training needs
@@ -34,9 +30,10 @@ pub struct Trainer {
     pub(super) emulator: GraphNetwork,
     pub(super) optimiser: Optimiser,
     pub(super) sampler: Sampler,
-    pub(super) config: TrainingConfig,
+    /// Settings of the run; another peak of the learning rate may follow a divergence.
+    pub config: TrainingConfig,
     pub(super) progress: RunState,
-    pub(super) best: Option<Best>,
+    pub(super) best: Option<(Best, GraphNetwork)>,
     pub(super) objective: Box<dyn Objective>,
     pub(super) data: DataSet,
     /// Mean training loss of a network without outputs, once it was needed.
@@ -44,16 +41,19 @@ pub struct Trainer {
     lifted: Vec<GeometryTensors>,
     /// Embeddings of all geometries by a frozen encoder; empty before, and after a return to other weights.
     pub(super) frozen: Vec<Embedding>,
-    pub(super) checkpoints: Option<PathBuf>,
+    /// Folder that a checkpoint is written to at every evaluation.
+    pub checkpoints: Option<PathBuf>,
 }
 
-/// The best weights so far, with the history of the optimiser that made them.
+/// Record of the best weights so far, with the history of the optimiser that made them.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(super) struct Best {
     /// The observer's error, or the validation loss.
     pub error: f64,
     pub step: usize,
-    pub emulator: GraphNetwork,
     pub optimiser: Optimiser,
+    /// Rows of the embeddings that are weights, see [`GraphNetwork::embedded_nodes`].
+    pub embedded_nodes: Vec<Vec<usize>>,
 }
 
 /// Counters of a run that a checkpoint keeps.
@@ -114,18 +114,6 @@ impl Trainer {
             objective,
             data,
         })
-    }
-
-    /// Another peak of the learning rate, as after a divergence.
-    pub fn with_learning_rate(mut self, learning_rate: f64) -> Self {
-        self.config.learning_rate = learning_rate;
-        self
-    }
-
-    /// Writes a checkpoint to `directory` at every evaluation.
-    pub fn with_checkpoints(mut self, directory: impl Into<PathBuf>) -> Self {
-        self.checkpoints = Some(directory.into());
-        self
     }
 
     /// Trains until the budget is spent or the observer breaks.

@@ -35,14 +35,17 @@ fn resumed(place: &Path, data: &DataSet) -> Trainer {
 
 /// The checkpoint of a training that has learned for half of its steps.
 fn learn(place: &Path, data: &DataSet, encoder: (f64, bool)) {
-    let mut first = trainer(data, config(encoder)).with_checkpoints(place);
+    let mut first = trainer(data, config(encoder));
+    first.checkpoints = Some(place.into());
     first.run(&mut Judge::until(60, data)).unwrap();
 }
 
 /// A training that goes on from a checkpoint with steps of a size that no network bears. Its embeddings come to rest before or after
 /// that.
 fn reckless(place: &Path, data: &DataSet) -> Trainer {
-    resumed(place, data).with_learning_rate(1.0)
+    let mut trainer = resumed(place, data);
+    trainer.config.learning_rate = 1.0;
+    trainer
 }
 
 /// Copies a folder with the folders in it.

@@ -1,6 +1,7 @@
 //! Every law over Burn tensors: the same numbers as over `f64`, and the same slopes as over Taylor numbers, in the
 //! displacement gradient and in the parameters.
 
+use crate::lanes::Lanes;
 use burn::tensor::{DType, Device, Tensor, TensorData};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -9,7 +10,6 @@ use sinew_energy::laws::{
     HolzapfelOgdenCompressible, LinearElastic, NeoHookean, NeoHookeanShape, PlaneStress,
 };
 use sinew_energy::{Barriers, Exact, Guard, Law, Solid, Strain};
-use sinew_gnn::fused::Lanes;
 use sinew_num::{Mat3, Slope};
 
 /// Rounding in f64 after some hundred operations.

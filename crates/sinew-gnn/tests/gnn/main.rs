@@ -16,6 +16,7 @@ mod emulator;
 mod fused;
 mod hard_cases;
 mod keeping;
+mod lanes;
 mod laws;
 mod motions;
 mod optimisers;

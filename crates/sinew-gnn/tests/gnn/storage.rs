@@ -46,8 +46,9 @@ fn a_checkpoint_whose_history_was_cut_is_refused() {
         evaluations: 1,
         ..TrainingConfig::default()
     };
-    let trainer = Trainer::new(surrogate.clone(), data.clone(), objective(), config).unwrap();
-    trainer.with_checkpoints(&place).run(&mut ()).unwrap();
+    let mut trainer = Trainer::new(surrogate.clone(), data.clone(), objective(), config).unwrap();
+    trainer.checkpoints = Some(place.clone());
+    trainer.run(&mut ()).unwrap();
     let resumed = || Trainer::resume(&place, data.clone(), objective(), device);
     assert!(resumed().is_ok());
 

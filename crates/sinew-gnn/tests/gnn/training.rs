@@ -146,7 +146,8 @@ fn a_resumed_run_continues_bit_for_bit() {
 
             let place = folder.path().join("checkpoint");
             let mut first = StopAfter { steps: 10, losses: vec![] };
-            let mut killed = trainer(&data, &device, config).with_checkpoints(&place);
+            let mut killed = trainer(&data, &device, config);
+            killed.checkpoints = Some(place.clone());
             assert!(killed.run(&mut first).unwrap().interrupted);
             drop(killed);
 
@@ -321,7 +322,7 @@ fn the_deformation_gradient_of_a_linear_field_is_constant() {
         cells: mesh.cells.as_flattened().to_vec(),
         shape_gradients,
     };
-    let objective = DataFitWithGradient::new(2.0, 0.5, vec![operator]).unwrap();
+    let objective = DataFit::new(2.0).unwrap().with_gradients(0.5, vec![operator]).unwrap();
     // û − u = (0.3 y, 0.4 x): ‖F − F̂‖ = 0.5 everywhere.
     let zero = Sample {
         geometry: 0,

@@ -2,7 +2,7 @@
 
 use sinew_gp::{
     Condition, Data, Domain, Evidence, GpError, Model, Noise, Parameter, Prior, Problem, Series,
-    Side, SquaredExponential, field,
+    Side, field, squared_exponential,
 };
 use std::f64::consts::PI;
 
@@ -23,7 +23,7 @@ pub(crate) fn heat(size: usize, evidence: Evidence) -> Result<Model<2>, GpError>
         &vec![0.0; size / 2],
         Noise::Exact,
     );
-    Model::new(Prior::constrained(&problem, &SquaredExponential::new())?, data, evidence)
+    Model::new(Prior::constrained(&problem, &squared_exponential())?, data, evidence)
 }
 
 /// Middle of the starting range of every parameter.

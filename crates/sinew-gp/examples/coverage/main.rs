@@ -21,7 +21,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sinew_gp::{
-    Conditional, Data, Evidence, Fit, FitOptions, GpError, Model, Noise, Prior, SquaredExponential,
+    Conditional, Data, Evidence, Fit, FitOptions, GpError, Model, Noise, Prior, squared_exponential,
 };
 use std::process::ExitCode;
 use std::time::Instant;
@@ -81,7 +81,7 @@ impl<const D: usize> Neighbours<D> {
         let domain = case.problem.domain();
         let at = domain.sample([0, 40, 300, 500][D], 77)?;
         let f: Vec<f64> = at.iter().map(|x| case.load(*x)).collect();
-        let prior = Prior::constrained(&case.problem, &SquaredExponential::new())?;
+        let prior = Prior::constrained(&case.problem, &squared_exponential())?;
         let data = (case.given)(case, Data::new().equation(&at, &f, Noise::Exact))?;
         let model = std::sync::Arc::new(Model::new(prior, data, Evidence::Joint)?);
         let solve = |theta: &[f64]| {
@@ -155,7 +155,7 @@ fn run<const D: usize>(
     let start = Instant::now();
     let data = Data::new().values(&places, &y, Noise::Learned).equation(&at, &f, Noise::Exact);
     let data = (case.given)(case, data)?;
-    let prior = Prior::constrained(&case.problem, &SquaredExponential::new())?;
+    let prior = Prior::constrained(&case.problem, &squared_exponential())?;
     let model = Model::new(prior, data, options.evidence)?;
     // Points that are asked for stay as many.
     let most_points = if options.points.is_some() { 0 } else { FitOptions::default().most_points };
@@ -172,7 +172,7 @@ fn run<const D: usize>(
         evidence: fit.model().evidence(),
         parameters: held(case, &fit, &bound)?,
         u: band(case, &fit)?,
-        warned: !fit.warnings()?.is_empty() || !ensemble.warnings().is_empty(),
+        warned: !fit.warnings()?.is_empty() || !ensemble.warnings.is_empty(),
         by_nuts: ensemble.k_hat.is_none(),
         fit_seconds,
         interval_seconds,

@@ -3,7 +3,7 @@
 use crate::{Answer, Given};
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Evidence, FitOptions, GpError, Model, Noise, Parameter,
-    Prior, Problem, Side, SquaredExponential, constant, field, laplace,
+    Prior, Problem, Side, constant, field, laplace, squared_exponential,
 };
 use std::f64::consts::PI;
 
@@ -42,7 +42,7 @@ fn solve<const D: usize>(
         &given.loads,
         Noise::Exact,
     );
-    let prior = Prior::constrained(problem, &SquaredExponential::new())?;
+    let prior = Prior::constrained(problem, &squared_exponential())?;
     let fit = Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())?;
     let interval = laplace(&fit, 300, 1)?.interval(name, 0.95)?;
     let mean = fit.conditional()?.mean(&given.grid)?;

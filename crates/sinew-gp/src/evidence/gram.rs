@@ -168,9 +168,7 @@ vectorised! {
             *out += a * sum;
         }
     }
-}
 
-vectorised! {
     /// The reverse of [`contract`] for the cotangents `weights` of its result.
     fn expand(
         table: &[f64],

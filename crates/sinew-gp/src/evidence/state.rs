@@ -21,7 +21,6 @@ const PARALLEL_FROM: usize = 256;
 type Computed<const D: usize> = fn(&Model<D>, &[f64], bool) -> Result<Evaluation>;
 
 /// A factored covariance with the whitened residual.
-#[derive(Debug)]
 pub(crate) struct Factored {
     /// Cholesky factor of the covariance.
     pub factor: Factor,

@@ -46,8 +46,9 @@ impl<const D: usize> Fit<D> {
             for (row, at) in group.rows().zip(at).step_by(1 + at.len() / MOST_LEFT_OUT) {
                 own.push((conditional.left_out(row)[0], *at));
             }
-            for summand in model.prior.equation.terms() {
-                let values = conditional.mean_of(&Operator::of(summand), at)?;
+            for summand in &model.prior.equation.terms {
+                let alone = Operator { terms: vec![summand.clone()], sources: Vec::new() };
+                let values = conditional.mean_of(&alone, at)?;
                 term = term.max(root_mean_square(&values));
             }
         }
@@ -84,16 +85,6 @@ impl<const D: usize> Fit<D> {
 }
 
 impl<const D: usize> Model<D> {
-    /// Model with noise of this standard deviation on equations that were exact.
-    pub(crate) fn with_noise(mut self, sigma: f64) -> Self {
-        let exact =
-            |g: &&mut Compiled<D>| g.given.operator.is_none() && g.given.noise == Noise::Exact;
-        for group in self.groups.iter_mut().filter(exact) {
-            group.given.noise = Noise::Known(sigma);
-        }
-        self
-    }
-
     /// Groups of values of the right-hand side.
     fn equations(&self) -> impl Iterator<Item = &Compiled<D>> {
         self.groups

@@ -3,6 +3,7 @@
 use crate::evidence::state::State;
 use crate::fit::optimise::maximise;
 use crate::{Fit, Model, Result, Warning};
+use sinew_num::ascending;
 
 /// Standard deviation in units of that of the prior from which on a parameter has not contracted.
 const WIDE: f64 = 0.5;
@@ -37,9 +38,7 @@ impl<const D: usize> Fit<D> {
                     found.extend(model.theta_range().filter(adjusted));
                 }
             }
-            found.sort_unstable();
-            found.dedup();
-            Ok(found)
+            Ok(ascending(found))
         });
         found.as_deref().map_err(Clone::clone)
     }

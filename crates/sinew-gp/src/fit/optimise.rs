@@ -5,7 +5,6 @@ use nalgebra::DVector;
 use std::collections::VecDeque;
 
 /// End of a maximisation.
-#[derive(Clone, Debug)]
 pub(crate) struct Maximum {
     pub point: Vec<f64>,
     pub value: f64,

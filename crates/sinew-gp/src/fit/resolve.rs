@@ -139,7 +139,11 @@ impl<const D: usize> Fit<D> {
             return Ok(self);
         }
         let start = self.outcome().parameters.clone();
-        let model = Arc::unwrap_or_clone(self.model).with_noise(found.residual);
+        let mut model = Arc::unwrap_or_clone(self.model);
+        let given = model.groups.iter_mut().map(|group| &mut group.given);
+        for exact in given.filter(|g| g.operator.is_none() && g.noise == Noise::Exact) {
+            exact.noise = Noise::Known(found.residual);
+        }
         let mut fit = model.fit_from(vec![start], iterations)?;
         // As the last and best after others.
         fit.best += self.restarts.len();

@@ -7,12 +7,12 @@ use thiserror::Error;
 ///
 /// ```
 /// use sinew_gp::{
-///     Data, Domain, Evidence, FitOptions, Model, Noise, Prior, Problem, SquaredExponential, Warning,
+///     Data, Domain, Evidence, FitOptions, Model, Noise, Prior, Problem, Warning, squared_exponential,
 /// };
 ///
 /// let domain = Domain::interval("x", [0.0, 1.0])?;
 /// let [dx] = domain.derivatives();
-/// let prior = Prior::constrained(&Problem::new(domain, dx * dx)?, &SquaredExponential::new())?;
+/// let prior = Prior::constrained(&Problem::new(domain, dx * dx)?, &squared_exponential())?;
 /// let data = Data::new()
 ///     .values(&[[0.4]], &[1.0], Noise::Learned)
 ///     .equation(&[[0.5]], &[0.0], Noise::Exact);

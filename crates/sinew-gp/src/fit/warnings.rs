@@ -61,10 +61,8 @@ impl<const D: usize> Fit<D> {
     }
 
     fn unresolved(&self) -> Result<Option<Warning>> {
-        let found = match &self.hold_out {
-            Some(known) => Some(known.clone()),
-            None => self.left_out()?,
-        };
+        let found =
+            self.hold_out.clone().map_or_else(|| self.left_out(), |known| Ok(Some(known)))?;
         let large = found.filter(|found| found.residual > RESOLVED * found.term);
         Ok(large.map(|HoldOut { at, residual, term }| Warning::Unresolved { at, residual, term }))
     }

@@ -1,6 +1,6 @@
 //! Checks that every kernel must pass, for those of this crate and of its users.
 
-use super::{Formula, Hermites, Hyperparameter, Kernel, Measure, Orders, Request};
+use super::{Formula, Hermites, Hyperparameter, Measure, Orders, Request};
 use crate::error::{Result, place};
 use crate::{Domain, Operator, Series};
 use nalgebra::DMatrix;
@@ -15,14 +15,13 @@ use nalgebra::DMatrix;
 /// # Errors
 /// With the first fault found; and if an axis' ends are not in ascending order.
 pub fn check_kernel<const D: usize>(
-    kernel: &dyn Kernel<D>,
+    kernel: &Formula<D>,
     hyperparameters: &[f64],
     lower: [f64; D],
     upper: [f64; D],
     seed: u64,
 ) -> Result<()> {
-    let kernel = &kernel.to_formula();
-    check_declarations(kernel, hyperparameters)?;
+    kernel.check_declarations(hyperparameters)?;
     let names: [String; D] = std::array::from_fn(|d| d.to_string());
     let axis = |d: usize| (names[d].as_str(), [lower[d], upper[d]]);
     let domain = Domain::cuboid(std::array::from_fn(axis))?;
@@ -46,30 +45,31 @@ impl<const D: usize> Formula<D> {
         );
         Ok(())
     }
-}
 
-/// Refuses kernels whose hyperparameters have no range to be adjusted in, and those along axes that there are not, of which a
-/// restriction to the domain's would leave a constant; also values that they cannot have.
-pub(crate) fn check_declarations<const D: usize>(
-    kernel: &Formula<D>,
-    values: &[f64],
-) -> Result<()> {
-    let declared = kernel.hyperparameters();
-    let (count, expected) = (values.len(), declared.len());
-    ensure!(count == expected, "{count} hyperparameter values for a kernel that names {expected}");
-    for (Hyperparameter { name, measure }, value) in declared.into_iter().zip(values) {
-        let own = format!("hyperparameter {name} of the {} kernel", kernel.name);
-        if let Measure::Length { axis } | Measure::Width { axis, .. } = measure {
-            ensure!(axis < D, "{own}: its axis is not one of the domain's");
+    /// Refuses kernels whose hyperparameters have no range to be adjusted in, and those along axes that there are not, of which a
+    /// restriction to the domain's would leave a constant; also values that they cannot have.
+    pub(crate) fn check_declarations(&self, values: &[f64]) -> Result<()> {
+        let declared = self.hyperparameters();
+        let (count, expected) = (values.len(), declared.len());
+        ensure!(
+            count == expected,
+            "{count} hyperparameter values for a kernel that names {expected}"
+        );
+        for (Hyperparameter { name, measure }, value) in declared.into_iter().zip(values) {
+            let own = format!("hyperparameter {name} of the {} kernel", self.name);
+            if let Measure::Length { axis } | Measure::Width { axis, .. } = measure {
+                ensure!(axis < D, "{own}: its axis is not one of the domain's");
+            }
+            if let Measure::Number { lower, upper } | Measure::Width { lower, upper, .. } = measure
+            {
+                let ordered = 0.0 < lower && lower < upper && upper.is_finite();
+                ensure!(ordered, "{own}: give it finite bounds above 0 in ascending order");
+            }
+            let usable = *value > 0.0 && value.is_finite();
+            ensure!(usable, "{own}: try it at a finite value above 0");
         }
-        if let Measure::Number { lower, upper } | Measure::Width { lower, upper, .. } = measure {
-            let ordered = 0.0 < lower && lower < upper && upper.is_finite();
-            ensure!(ordered, "{own}: give it finite bounds above 0 in ascending order");
-        }
-        let usable = *value > 0.0 && value.is_finite();
-        ensure!(usable, "{own}: try it at a finite value above 0");
+        Ok(())
     }
-    Ok(())
 }
 
 struct Checked<'a, const D: usize> {

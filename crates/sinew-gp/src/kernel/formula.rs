@@ -1,6 +1,6 @@
 //! Kernels by their formula alone.
 
-use super::{Hyperparameter, Kernel, Measure, SquaredExponential};
+use super::{Hyperparameter, Measure};
 use crate::series::Series;
 use std::fmt;
 use std::ops::{Add, Mul};
@@ -9,20 +9,29 @@ use std::sync::Arc;
 type Function<const D: usize> =
     dyn Fn(&[Series], &[Series; D], &[Series; D]) -> Series + Send + Sync;
 
-/// A kernel given by one formula over Taylor series, as [`super::matern`] and the like, and one of your own. Sums of kernels are
-/// independent functions added, products as a periodic kernel in one axis times a smooth one in another.
+/// A kernel of variance one (unless scaled), with positive hyperparameters, given by one formula over Taylor series: [`super::matern`]
+/// and the like, and one of your own. Derivatives come from the formula, pair by pair; those of [`super::squared_exponential`] are in
+/// closed form, which is faster by far. Sums of kernels are independent functions added, products as a periodic kernel in one axis
+/// times a smooth one in another.
 ///
 /// ```
-/// use sinew_gp::{Formula, SquaredExponential, matern, periodic, Smoothness, check_kernel};
+/// use sinew_gp::{Formula, Series, Smoothness, check_kernel, matern, periodic, squared_exponential};
 ///
-/// let trend: Formula<2> = SquaredExponential::new().into();
+/// // 1 + x² x′²: functions of the form a + b x² along the first axis.
+/// let even = Formula::<2>::new("even quadratic", Vec::new(), |_, x: &[Series; 2], y: &[Series; 2]| {
+///     x[0].squared() * y[0].squared() + 1.0
+/// });
+/// check_kernel(&even, &[], [0.0, 0.0], [1.0, 1.0], 7)?;
+///
+/// let trend = squared_exponential();
 /// let details = matern(Smoothness::Twice).scaled();
 /// check_kernel(&(trend + details * periodic(0, 0.5)?), &[3.0, 3.0, 0.1, 0.5, 0.5, 1.0], [0.0; 2], [1.0; 2], 7)?;
 /// # Ok::<(), sinew_gp::GpError>(())
 /// ```
 #[derive(Clone)]
 pub struct Formula<const D: usize> {
-    pub(crate) name: String,
+    /// Name, for messages.
+    pub name: String,
     /// Hyperparameters of the formula, and whether it depends on them.
     pub(super) taken: Vec<(Hyperparameter, bool)>,
     /// Axes that it depends on.
@@ -139,20 +148,8 @@ impl<const D: usize> Mul for Formula<D> {
     }
 }
 
-impl<const D: usize> From<SquaredExponential> for Formula<D> {
-    fn from(kernel: SquaredExponential) -> Self {
-        kernel.to_formula()
-    }
-}
-
 impl<const D: usize> fmt::Debug for Formula<D> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(&self.name)
-    }
-}
-
-impl<const D: usize> Kernel<D> for Formula<D> {
-    fn to_formula(&self) -> Self {
-        self.clone()
     }
 }

@@ -1,6 +1,6 @@
 //! The kernels of this crate, by their formulas.
 
-use super::{Formula, Hyperparameter, Kernel, Measure};
+use super::{Formula, Hyperparameter, Measure};
 use crate::{Result, Series};
 use std::f64::consts::PI;
 
@@ -16,32 +16,10 @@ fn half_square<const D: usize>(scales: &[Series], x: &[Series; D], y: &[Series; 
 
 /// exp(−½ Σ (xᵢ − xᵢ′)² / λᵢ²) with a lengthscale per axis (4.46); infinitely smooth.
 #[doc(alias("RBF", "Gaussian kernel"))]
-#[derive(Clone, Debug, Default)]
-pub struct SquaredExponential {
-    /// `None` for all there are.
-    axes: Option<Vec<usize>>,
-}
-
-impl SquaredExponential {
-    /// All axes.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// The axes with these numbers only.
-    pub fn along(axes: &[usize]) -> Self {
-        Self { axes: Some(axes.to_vec()) }
-    }
-}
-
-impl<const D: usize> Kernel<D> for SquaredExponential {
-    fn to_formula(&self) -> Formula<D> {
-        let formula =
-            |h: &[Series], x: &[Series; D], y: &[Series; D]| (-half_square(h, x, y)).exp();
-        let whole = Formula::new("squared-exponential", lengths::<D>("lengthscale"), formula);
-        let whole = Formula { closed: true, ..whole.stationary() };
-        self.axes.iter().fold(whole, |whole, axes| whole.along(axes))
-    }
+pub fn squared_exponential<const D: usize>() -> Formula<D> {
+    let formula = |h: &[Series], x: &[Series; D], y: &[Series; D]| (-half_square(h, x, y)).exp();
+    let kernel = Formula::new("squared-exponential", lengths::<D>("lengthscale"), formula);
+    Formula { closed: true, ..kernel.stationary() }
 }
 
 /// Number of derivatives that the functions of a [`matern`] kernel have.

@@ -3,8 +3,7 @@
 
 use super::{MOST_PAIRS, Request};
 use crate::kernel::simd::{exp_of_negative, lane_sum};
-use crate::problem::operator::MOST_DERIVATIVES;
-use crate::series::Series;
+use crate::{MOST_DERIVATIVES, Series};
 use sinew_num::vectorised;
 
 impl<const D: usize> Request<'_, D> {
@@ -183,33 +182,25 @@ vectorised! {
             }
         }
     }
-}
 
-vectorised! {
     fn exponentials(squares: &mut [f64]) {
         for s in squares {
             *s = exp_of_negative(-0.5 * *s);
         }
     }
-}
 
-vectorised! {
     fn add_product(sum: &mut [f64], a: &[f64], b: &[f64]) {
         for ((s, a), b) in sum.iter_mut().zip(a).zip(b) {
             *s += a * b;
         }
     }
-}
 
-vectorised! {
     fn multiply(product: &mut [f64], factor: &[f64]) {
         for (p, f) in product.iter_mut().zip(factor) {
             *p *= f;
         }
     }
-}
 
-vectorised! {
     /// Adds −Σ weight · product · (r hₙ₊₁ + n hₙ) to `slope`.
     fn dilation(slope: &mut f64, n: usize, weights: &[f64], product: &[f64], axis: &Hermite) {
         let [at, after] = [&axis.rows[n], &axis.rows[n + 1]];

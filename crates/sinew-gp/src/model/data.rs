@@ -49,6 +49,37 @@ impl<const D: usize> Group<D> {
     pub(crate) fn points(&self) -> &[[f64; D]] {
         &self.legs[0].1
     }
+
+    /// Refuses noise-free values that differ by more than neighbours can: jitter would let them pass for their mean.
+    fn check_contradictions(&self, number: usize, domain: &Domain<D>) -> Result<()> {
+        if self.legs.len() > 1 {
+            return Ok(());
+        }
+        let most = largest(&self.values);
+        // In the order of their first coordinate few come near enough to be compared.
+        let mut order: Vec<usize> = (0..self.values.len()).collect();
+        order.sort_by(|&a, &b| self.points()[a][0].total_cmp(&self.points()[b][0]).then(a.cmp(&b)));
+        for (position, &one) in order.iter().enumerate() {
+            for &two in &order[position + 1..] {
+                let (first, second) = (one.min(two), one.max(two));
+                let [here, there] = [first, second].map(|number| &self.points()[number]);
+                let mut beside = *here;
+                beside[0] = there[0];
+                // No two values differ by more than twice the largest.
+                if STEEPEST * domain.apart(here, &beside) > 2.0 {
+                    break;
+                }
+                let difference = (self.values[second] - self.values[first]).abs();
+                ensure!(
+                    difference <= most * (STEEPEST * domain.apart(here, there)).max(SAME),
+                    "values {first} and {second} of observation group {number} at {} and {} are noise-free and differ by {difference:e}, more than neighbours can; keep one, or give them noise",
+                    place(here),
+                    place(there)
+                );
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Statistics of values that were averaged.
@@ -236,7 +267,7 @@ pub(crate) fn check<const D: usize>(groups: &[Group<D>], domain: &Domain<D>) -> 
             }
         }
         match group.noise {
-            Noise::Exact => check_contradictions(group, number, domain)?,
+            Noise::Exact => group.check_contradictions(number, domain)?,
             Noise::Known(sigma) => ensure!(
                 sigma.is_finite() && sigma > 0.0,
                 "noise of standard deviation {sigma}; give a finite one above 0, or `Noise::Exact`"
@@ -294,38 +325,3 @@ const SAME: f64 = 1e-8;
 /// Slope, in units of the largest value over the domain's size, that no function of a prior has: lengthscales are at least
 /// 0.03 of the domain, and this is thirty times what they make of a function of that value.
 const STEEPEST: f64 = 1e3;
-
-/// Refuses noise-free values that differ by more than neighbours can: jitter would let them pass for their mean.
-fn check_contradictions<const D: usize>(
-    group: &Group<D>,
-    number: usize,
-    domain: &Domain<D>,
-) -> Result<()> {
-    if group.legs.len() > 1 {
-        return Ok(());
-    }
-    let most = largest(&group.values);
-    // In the order of their first coordinate few come near enough to be compared.
-    let mut order: Vec<usize> = (0..group.values.len()).collect();
-    order.sort_by(|&a, &b| group.points()[a][0].total_cmp(&group.points()[b][0]).then(a.cmp(&b)));
-    for (position, &one) in order.iter().enumerate() {
-        for &two in &order[position + 1..] {
-            let (first, second) = (one.min(two), one.max(two));
-            let [here, there] = [first, second].map(|number| &group.points()[number]);
-            let mut beside = *here;
-            beside[0] = there[0];
-            // No two values differ by more than twice the largest.
-            if STEEPEST * domain.apart(here, &beside) > 2.0 {
-                break;
-            }
-            let difference = (group.values[second] - group.values[first]).abs();
-            ensure!(
-                difference <= most * (STEEPEST * domain.apart(here, there)).max(SAME),
-                "values {first} and {second} of observation group {number} at {} and {} are noise-free and differ by {difference:e}, more than neighbours can; keep one, or give them noise",
-                place(here),
-                place(there)
-            );
-        }
-    }
-    Ok(())
-}

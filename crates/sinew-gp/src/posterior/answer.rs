@@ -61,7 +61,7 @@ impl<const D: usize> fmt::Display for Fit<D> {
             Ok(warnings) => warnings.iter().map(Warning::to_string).collect(),
             Err(error) => vec![error.to_string()],
         };
-        let of_draws = self.ensemble().into_iter().flat_map(|ensemble| ensemble.warnings());
+        let of_draws = self.ensemble().into_iter().flat_map(|ensemble| &ensemble.warnings);
         let mut warnings = of_fit.into_iter().chain(of_draws.map(Warning::to_string));
         warnings.try_for_each(|warning| writeln!(formatter, "warning: {warning}"))
     }

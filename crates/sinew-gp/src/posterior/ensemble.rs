@@ -14,7 +14,8 @@ pub struct Ensemble<const D: usize> {
     /// Shape of the tail of the importance weights, for draws by [`crate::laplace`]: above 0.4 their averages cannot be trusted,
     /// and [`crate::nuts`] is the one to ask.
     pub k_hat: Option<f64>,
-    warnings: Vec<Warning>,
+    /// Warnings about the draws; empty if no fault was found. [`crate::Fit::warnings`] are about the fit.
+    pub warnings: Vec<Warning>,
     /// Positions of parameters that the data do not tell.
     unidentified: Vec<usize>,
 }
@@ -59,11 +60,6 @@ impl<const D: usize> Ensemble<D> {
             }
         }
         Ok(ensemble)
-    }
-
-    /// Warnings about the draws; empty if no fault was found. [`crate::Fit::warnings`] are about the fit.
-    pub fn warnings(&self) -> &[Warning] {
-        &self.warnings
     }
 
     /// Drawn values of a parameter by name, in its own unit.

@@ -58,21 +58,6 @@ fn trace<const D: usize>(axis: usize, shape: Shape) -> Factor<D> {
     Factor { field, free: false, varies: false }
 }
 
-/// The derivative of `function` along an axis.
-fn along<const D: usize>(
-    function: &Field<D>,
-    axis: usize,
-    order: usize,
-    x: &[Series; D],
-) -> Series {
-    if order == 0 {
-        return function.at(x.clone());
-    }
-    let slope = |d: usize| if d == axis { 1.0 } else { 0.0 };
-    let lifted = std::array::from_fn(|d| x[d].lifted(order, slope(d)));
-    function.at(lifted).last_derivative(order)
-}
-
 /// Condition across one axis, at one end or as the difference between the upper and the lower end: `value` u + ∂ⁿu = `data`, with
 /// the derivative of order n along the outward normal of the end, or else along the axis.
 #[derive(Clone, Debug)]
@@ -131,7 +116,7 @@ impl<const D: usize> Lift<D> {
     pub(crate) fn apply(&self, function: &Field<D>, x: &[Series; D]) -> Series {
         let on = |side: Side| {
             let x = self.moved(x, side);
-            let slope = along(function, self.axis, self.order, &x) * self.sign();
+            let slope = function.derivative_along(self.axis, self.order, &x) * self.sign();
             match self.value.is_zero() {
                 true => slope,
                 false => slope + function.at(x.clone()) * self.value.at(x),
@@ -154,7 +139,6 @@ impl<const D: usize> Lift<D> {
 }
 
 /// Factor of a free function: of all coordinates, or of those on a face.
-#[derive(Clone, Debug)]
 pub(crate) struct Factor<const D: usize> {
     pub field: Field<D>,
     /// Whether the function varies along the axis.
@@ -164,7 +148,6 @@ pub(crate) struct Factor<const D: usize> {
 }
 
 /// One axis: u(x) = known lifts + Σ trace shapes × free functions on the face + bubble × free function.
-#[derive(Clone, Debug)]
 pub(crate) struct AxisStructure<const D: usize> {
     /// The bubble, then the traces.
     pub factors: Vec<Factor<D>>,

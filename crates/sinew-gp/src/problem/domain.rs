@@ -86,14 +86,9 @@ impl<const D: usize> Domain<D> {
         &self.names
     }
 
-    /// Lower end of each axis, of the bounding box for a polygon.
-    pub fn lower(&self) -> [f64; D] {
-        self.ends.map(|[lower, _]| lower)
-    }
-
-    /// Upper end of each axis.
-    pub fn upper(&self) -> [f64; D] {
-        self.ends.map(|[_, upper]| upper)
+    /// Lower and upper end of each axis, of the bounding box for a polygon.
+    pub fn ends(&self) -> [[f64; 2]; D] {
+        self.ends
     }
 
     /// Length of each axis.

@@ -51,6 +51,16 @@ impl<const D: usize> Field<D> {
         }
     }
 
+    /// Derivative along an axis.
+    pub(crate) fn derivative_along(&self, axis: usize, order: usize, x: &[Series; D]) -> Series {
+        if order == 0 {
+            return self.at(x.clone());
+        }
+        let slope = |d: usize| if d == axis { 1.0 } else { 0.0 };
+        let lifted = std::array::from_fn(|d| x[d].lifted(order, slope(d)));
+        self.at(lifted).last_derivative(order)
+    }
+
     /// Product of two functions.
     pub(crate) fn product(&self, other: &Self) -> Self {
         let (own, other) = (self.clone(), other.clone());

@@ -2,7 +2,7 @@
 
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Evidence, Fit, FitOptions, Model, Noise, Operator,
-    Parameter, Periodicity, Prior, Problem, Series, Side, SquaredExponential, constant, field,
+    Parameter, Periodicity, Prior, Problem, Series, Side, constant, field, squared_exponential,
 };
 use std::f64::consts::PI;
 
@@ -91,7 +91,7 @@ fn poisson_1_needs_four_collocation_points() {
     for count in [4, 8] {
         let at: Vec<[f64; 1]> = (1..=count).map(|k| [2.0 * k as f64 / count as f64]).collect();
         let data = Data::new().equation(&at, &vec![-2.0; count], Noise::Exact);
-        let prior = must(Prior::constrained(&problem, &SquaredExponential::new()));
+        let prior = must(Prior::constrained(&problem, &squared_exponential()));
         let fit = fit(prior, data, 1);
         let err = error(&fit, &domain, |[x]| x * x);
         report(&format!("Poisson 1, {count}"), &fit, err, "-");
@@ -117,7 +117,7 @@ fn heat_1_gives_the_diffusivity() {
     );
     let exact = |[x, t]: [f64; 2]| x.sin() * (-t).exp();
     for seed in 0..seeds() {
-        let prior = must(Prior::constrained(&problem, &SquaredExponential::new()));
+        let prior = must(Prior::constrained(&problem, &squared_exponential()));
         let fit = fit(prior, observed(&domain, exact, [25, 25], 0.025, seed), seed);
         let err = error(&fit, &domain, exact);
         report("Heat 1", &fit, err, "theta");
@@ -145,7 +145,7 @@ fn wave_1_gives_the_speed() {
     let exact =
         |[x, t]: [f64; 2]| 0.5 * t + t.cos() * x.cos() + 0.25 * (2.0 * t).sin() * (2.0 * x).cos();
     for seed in 0..seeds() {
-        let prior = must(Prior::constrained(&problem, &SquaredExponential::new()));
+        let prior = must(Prior::constrained(&problem, &squared_exponential()));
         let fit = fit(prior, observed(&domain, exact, [25, 25], 0.025, seed), seed);
         let err = error(&fit, &domain, exact);
         report("Wave 1", &fit, err, "theta");
@@ -167,7 +167,7 @@ fn wave_2_is_periodic() {
     );
     let exact = |[x, t]: [f64; 2]| (PI * x).sin() * ((t - 0.5) * PI).cos();
     for seed in 0..seeds() {
-        let prior = must(Prior::constrained(&problem, &SquaredExponential::new()));
+        let prior = must(Prior::constrained(&problem, &squared_exponential()));
         let fit = fit(prior, observed(&domain, exact, [25, 25], 0.025, seed), seed);
         let err = error(&fit, &domain, exact);
         report("Wave 2", &fit, err, "theta");
@@ -192,7 +192,7 @@ fn heat_2_gives_the_diffusivity_in_two_dimensions() {
     problem = must(problem.condition("t", Side::Lower, Condition::Dirichlet(start)));
     let exact = |[x, y, t]: [f64; 3]| x.sin() * y.sin() * (-2.0 * t).exp();
     for seed in 0..seeds() {
-        let prior = must(Prior::constrained(&problem, &SquaredExponential::new()));
+        let prior = must(Prior::constrained(&problem, &squared_exponential()));
         let fit = fit(prior, observed(&domain, exact, [50, 50], 0.025, seed), seed);
         let err = error(&fit, &domain, exact);
         report("Heat 2", &fit, err, "theta");
@@ -223,7 +223,7 @@ fn advection_and_diffusion_are_told_apart() {
     let exact = |[x, t]: [f64; 2]| (2.0 * PI * x).sin() * (-(0.1 * PI * PI + 0.025) * t + x).exp();
     for (count, label) in [(10, "Adv 1"), (25, "Adv 2"), (75, "Adv 3")] {
         for seed in 0..seeds() {
-            let prior = must(Prior::constrained(&problem, &SquaredExponential::new()));
+            let prior = must(Prior::constrained(&problem, &squared_exponential()));
             let fit = fit(prior, observed(&domain, exact, [count, count], 0.025, seed), seed);
             let err = error(&fit, &domain, exact);
             report(label, &fit, err, "theta");
@@ -262,7 +262,7 @@ fn helmholtz_mixes_conditions() {
         let data = Data::new()
             .values(&places, &noisy(&exact, &places, 0.3), Noise::Known(0.01))
             .equation(&at, &noisy(&load, &at, 1.1), Noise::Known(0.01));
-        let prior = must(Prior::constrained(&problem, &SquaredExponential::new()));
+        let prior = must(Prior::constrained(&problem, &squared_exponential()));
         let fit = fit(prior, data, seed);
         let err = error(&fit, &domain, exact);
         report("Helm 1", &fit, err, "theta");
@@ -283,7 +283,7 @@ fn membrane(corners: &[[f64; 2]], load: f64, count: usize) -> Fit<2> {
     );
     let at = must(domain.sample(count, 3));
     let data = Data::new().equation(&at, &vec![load; count], Noise::Exact);
-    let prior = must(Prior::constrained(&problem, &SquaredExponential::new()));
+    let prior = must(Prior::constrained(&problem, &squared_exponential()));
     let options = FitOptions {
         restarts: 2,
         iterations: 60,
@@ -326,7 +326,7 @@ fn one_value_of_the_equation_keeps_fits_from_collapse() {
     let problem = advection_and_diffusion(&domain);
     let exact = |[x, t]: [f64; 2]| (2.0 * PI * x).sin() * (-(0.1 * PI * PI + 0.025) * t + x).exp();
     let fitted = |constrained: bool, seed: u64| {
-        let kernel = SquaredExponential::new();
+        let kernel = squared_exponential();
         let prior = match constrained {
             true => Prior::constrained(&problem, &kernel),
             false => Prior::unconstrained(&problem, &kernel),

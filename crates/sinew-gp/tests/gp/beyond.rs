@@ -2,8 +2,8 @@
 
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Evidence, FitOptions, GpError, Model, Noise, NutsOptions,
-    Operator, Parameter, Prior, Problem, SemiLinear, Series, Side, SquaredExponential, constant,
-    field, laplace, nuts,
+    Operator, Parameter, Prior, Problem, SemiLinear, Series, Side, constant, field, laplace, nuts,
+    squared_exponential,
 };
 use std::f64::consts::PI;
 
@@ -61,7 +61,7 @@ fn measured() -> Data<1> {
 }
 
 fn prior(problem: &Problem<1>) -> Prior<1> {
-    must(Prior::constrained(problem, &SquaredExponential::new()))
+    must(Prior::constrained(problem, &squared_exponential()))
 }
 
 #[test]
@@ -156,7 +156,7 @@ fn allen_cahn_front_by_gauss_newton() {
     let front = SemiLinear::new(linear, [Derivative::identity()], |[u]| u.powi(3) - u);
     let at: Vec<[f64; 1]> = (0..40).map(|k| [-1.0 + (f64::from(k) + 0.5) / 20.0]).collect();
     let data = Data::new().equation(&at, &[0.0; 40], Noise::Exact);
-    let solution = must(front.solve(&SquaredExponential::new(), &data, &FitOptions::default(), 30));
+    let solution = must(front.solve(&squared_exponential(), &data, &FitOptions::default(), 30));
     let grid = domain.grid(101);
     let mean = must(must(solution.fit.conditional()).mean(&grid));
     let err = mean.iter().zip(&grid).map(|(m, [x])| (m - exact(*x)).abs()).fold(0.0, f64::max);
@@ -199,8 +199,7 @@ fn burgers_gives_the_viscosity() {
     let at = must(domain.sample(40, 5));
     let data =
         Data::new().values(&places, &y, Noise::Learned).equation(&at, &[0.0; 40], Noise::Exact);
-    let solution =
-        must(burgers.solve(&SquaredExponential::new(), &data, &FitOptions::default(), 15));
+    let solution = must(burgers.solve(&squared_exponential(), &data, &FitOptions::default(), 15));
     let nu = must(solution.fit.parameter("viscosity"));
     println!("Burgers: ν {nu:.4} in {} steps, change {:.1e}", solution.steps, solution.change);
     assert!((nu / NU - 1.0).abs() < 0.05, "{nu}");

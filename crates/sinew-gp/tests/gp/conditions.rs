@@ -2,13 +2,13 @@
 
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Evidence, Field, Fit, FitOptions, Functional, GpError,
-    Model, Noise, Operator, Parameter, Prior, Problem, Series, Side, SquaredExponential, constant,
-    field, laplace,
+    Model, Noise, Operator, Parameter, Prior, Problem, Series, Side, constant, field, laplace,
+    squared_exponential,
 };
 use std::f64::consts::PI;
 
 fn fitted<const D: usize>(problem: &Problem<D>, data: Data<D>) -> Result<Fit<D>, GpError> {
-    let prior = Prior::constrained(problem, &SquaredExponential::new())?;
+    let prior = Prior::constrained(problem, &squared_exponential())?;
     Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())
 }
 

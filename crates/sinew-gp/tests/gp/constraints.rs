@@ -43,8 +43,8 @@ fn derivative<const D: usize>(of: &Field<D>, x: [f64; D], axis: usize, order: us
 /// Coordinate of one end of an axis.
 fn end<const D: usize>(domain: &Domain<D>, axis: usize, side: Side) -> f64 {
     match side {
-        Side::Lower => domain.lower()[axis],
-        Side::Upper => domain.upper()[axis],
+        Side::Lower => domain.ends()[axis][0],
+        Side::Upper => domain.ends()[axis][1],
     }
 }
 

@@ -17,7 +17,7 @@ fn bad_axes_are_named() {
 fn samples_and_grids_lie_inside() {
     let corners = [[0.0, 0.0], [2.0, 0.0], [1.0, 2.0], [0.0, 1.0]];
     let domain = Domain::polygon(["x", "y"], &corners).unwrap();
-    assert_eq!((domain.lower(), domain.upper()), ([0.0; 2], [2.0; 2]));
+    assert_eq!(domain.ends(), [[0.0, 2.0]; 2]);
     let points = domain.sample(200, 1).unwrap();
     assert_eq!(points.len(), 200);
     assert!(points.iter().all(|p| domain.contains(*p)));
@@ -59,7 +59,7 @@ fn check_features(corners: &[[f64; 2]]) {
     let features = constraints(&held.unwrap()).unwrap().features;
     assert_eq!(features.len(), 2);
     let features = |point| [0, 1].map(|k: usize| features[k].factor.value(point));
-    let ([left, bottom], [right, top]) = (domain.lower(), domain.upper());
+    let [[left, right], [bottom, top]] = domain.ends();
     for k in 0..900 {
         let point = [
             left + (right - left) * (f64::from(k % 30) + 0.37) / 30.0,

@@ -4,8 +4,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Ensemble, Evidence, Field, Fit, FitOptions, GpError,
-    Model, Noise, NutsOptions, Parameter, Prior, Problem, Series, Side, SquaredExponential,
-    Warning, constant, ensemble, field, laplace, nuts,
+    Model, Noise, NutsOptions, Parameter, Prior, Problem, Series, Side, Warning, constant,
+    ensemble, field, laplace, nuts, squared_exponential,
 };
 use std::f64::consts::PI;
 
@@ -15,7 +15,7 @@ fn normal(random: &mut ChaCha8Rng) -> f64 {
 }
 
 fn fitted<const D: usize>(problem: &Problem<D>, data: Data<D>) -> Result<Fit<D>, GpError> {
-    let prior = Prior::constrained(problem, &SquaredExponential::new())?;
+    let prior = Prior::constrained(problem, &squared_exponential())?;
     Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())
 }
 
@@ -88,7 +88,7 @@ fn judged<const D: usize>(
     ensemble: &Ensemble<D>,
 ) -> Result<([f64; 2], Vec<String>), GpError> {
     let warnings = fit.warnings()?;
-    let said = warnings.iter().chain(ensemble.warnings()).map(Warning::to_string).collect();
+    let said = warnings.iter().chain(&ensemble.warnings).map(Warning::to_string).collect();
     Ok((ensemble.interval(name, 0.95)?, said))
 }
 
@@ -193,7 +193,7 @@ fn laplace_is_as_wide_as_nuts_or_says_so() -> Result<(), GpError> {
             unsaid += u64::from(!(0.7..1.4).contains(&ratio) && said.is_empty());
         }
         let chosen = ensemble(&fit, 300, seed)?;
-        assert!(chosen.warnings().is_empty() || chosen.k_hat.is_none(), "{:?}", chosen.warnings());
+        assert!(chosen.warnings.is_empty() || chosen.k_hat.is_none(), "{:?}", chosen.warnings);
     }
     assert!(unsaid * 10 <= 3 * sets, "{unsaid} of {} widths differ unsaid", 3 * sets);
     Ok(())

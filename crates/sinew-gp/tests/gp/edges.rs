@@ -2,7 +2,7 @@
 
 use sinew_gp::{
     Data, Derivative, Domain, Evidence, FitOptions, GpError, Model, Noise, Operator, Prior,
-    Problem, Series, SquaredExponential,
+    Problem, Series, squared_exponential,
 };
 use std::f64::consts::PI;
 
@@ -43,7 +43,7 @@ fn error(domain: &Domain<2>, corners: &[[f64; 2]], at: &[[f64; 2]]) -> Result<f6
     let load: Vec<f64> = at.iter().map(|x| 0.75 * exact(*x)).collect();
     let data = data.equation(at, &load, Noise::Exact);
     let problem = Problem::new(domain.clone(), -(dx * dx) - dy * dy)?;
-    let prior = Prior::constrained(&problem, &SquaredExponential::new())?;
+    let prior = Prior::constrained(&problem, &squared_exponential())?;
     let options = FitOptions { most_points: 0, ..FitOptions::default() };
     let fit = Model::new(prior, data, Evidence::Auto)?.fit(&options)?;
     let mean = fit.conditional()?.mean(at)?;
@@ -78,7 +78,7 @@ fn values_on_a_polygon_are_held_or_observed() -> Result<(), GpError> {
     let problem = Problem::new(domain.clone(), -(dx * dx) - dy * dy)?.boundary(rim)?;
     let at = domain.sample(40, 3)?;
     let load: Vec<f64> = at.iter().map(|x| 0.75 * exact(*x)).collect();
-    let kernel = SquaredExponential::new();
+    let kernel = squared_exponential();
     let mut off = Vec::new();
     for prior in
         [Prior::constrained(&problem, &kernel)?, Prior::penalised(&problem, &kernel, 24, 1)?]

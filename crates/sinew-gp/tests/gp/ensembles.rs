@@ -3,7 +3,7 @@
 use sinew_gp::{
     Condition, Conditional, Data, Derivative, Domain, Ensemble, Evidence, Fit, FitOptions, Formula,
     Functional, GpError, Hyperprior, Model, Noise, Operator, Parameter, Prior, Problem, Series,
-    Side, SquaredExponential, constant, laplace,
+    Side, constant, laplace, squared_exponential,
 };
 
 /// D u″ = −1 with u(0) = 0, fitted to data, and an ensemble; the operator of the flux D u′.
@@ -16,7 +16,7 @@ fn spring(data: Data<1>) -> Result<(Fit<1>, Ensemble<1>, Operator<1>), GpError> 
         Side::Lower,
         Condition::Dirichlet(constant(0.0)),
     )?;
-    let prior = Prior::constrained(&problem, &SquaredExponential::new())?;
+    let prior = Prior::constrained(&problem, &squared_exponential())?;
     let data = data.equation(&[[0.2], [0.6]], &[-1.0; 2], Noise::Exact);
     let model = Model::new(prior, data, Evidence::Joint)?;
     let start = model.parameters().iter().map(|p| p.to_scale((p.start[0] * p.start[1]).sqrt()));

@@ -2,9 +2,9 @@
 //! finite differences.
 
 use sinew_gp::{
-    Condition, Data, Domain, Evidence, Formula, Kernel, Model, Noise, Operator, Parameter,
-    Periodicity, Prior, Problem, Series, Side, Smoothness, SquaredExponential, constant,
-    constraints, field, linear, matern, periodic, rational_quadratic,
+    Condition, Data, Domain, Evidence, Formula, Model, Noise, Operator, Parameter, Periodicity,
+    Prior, Problem, Series, Side, Smoothness, constant, constraints, field, linear, matern,
+    periodic, rational_quadratic, squared_exponential,
 };
 use std::f64::consts::PI;
 
@@ -65,7 +65,7 @@ fn ring(periodicity: Periodicity) -> Problem<2> {
 /// L applied to both arguments of Σ φ φ′ k, from one Taylor series in all 2 D coordinates.
 fn by_series<const D: usize>(
     problem: &Problem<D>,
-    kernel: &dyn Kernel<D>,
+    kernel: &Formula<D>,
     theta: f64,
     parameters: &[Vec<f64>],
     operators: [&Operator<D>; 2],
@@ -80,13 +80,13 @@ fn by_series<const D: usize>(
     for (feature, values) in must(constraints(problem)).features.iter().zip(parameters) {
         let (amplitude, rest) = values.split_first().unwrap();
         let numbers: Vec<Series> = rest.iter().map(|v| x[0].constant(*v)).collect();
-        let latent = kernel.to_formula().along(&feature.axes).formula(&numbers, &x, &y);
+        let latent = kernel.clone().along(&feature.axes).formula(&numbers, &x, &y);
         let factors = feature.factor.at(x.clone()) * feature.factor.at(y.clone());
         sum = sum + factors * latent * (amplitude * amplitude);
     }
     let mut total = 0.0;
-    for left in operators[0].terms() {
-        for right in operators[1].terms() {
+    for left in &operators[0].terms {
+        for right in &operators[1].terms {
             let factor = |term: &sinew_gp::Term<D>, point: [f64; D]| {
                 let powers: i32 = term.parameters.iter().map(|(_, power)| power).sum();
                 term.scale
@@ -101,7 +101,7 @@ fn by_series<const D: usize>(
 }
 
 /// Largest difference relative to √(K_ii K_jj).
-fn disagreement<const D: usize>(problem: Problem<D>, kernel: &dyn Kernel<D>, theta: f64) -> f64 {
+fn disagreement<const D: usize>(problem: Problem<D>, kernel: &Formula<D>, theta: f64) -> f64 {
     let domain = problem.domain().clone();
     let points = must(domain.sample(7, 3));
     let (at_values, at_equation) = points.split_at(3);
@@ -125,7 +125,7 @@ fn disagreement<const D: usize>(problem: Problem<D>, kernel: &dyn Kernel<D>, the
         .features
         .iter()
         .map(|feature| {
-            let count = 1 + kernel.to_formula().along(&feature.axes).hyperparameters().len();
+            let count = 1 + kernel.clone().along(&feature.axes).hyperparameters().len();
             let values = model.parameters()[offset..offset + count]
                 .iter()
                 .zip(&parameters[offset..offset + count])
@@ -157,11 +157,11 @@ fn disagreement<const D: usize>(problem: Problem<D>, kernel: &dyn Kernel<D>, the
 fn covariances_equal_nested_jets() {
     // The bar is 1e-12 relative to the variances.
     const TOLERANCE: f64 = 1e-12;
-    let of_two = disagreement(heat(), &SquaredExponential::new(), 1.3);
+    let of_two = disagreement(heat(), &squared_exponential(), 1.3);
     assert!(of_two < TOLERANCE, "orders 2 + 2: {of_two:e}");
-    let of_four = disagreement(plate(), &SquaredExponential::new(), 0.7);
+    let of_four = disagreement(plate(), &squared_exponential(), 0.7);
     assert!(of_four < TOLERANCE, "orders 4 + 4: {of_four:e}");
-    let polygon = disagreement(membrane(), &SquaredExponential::new(), 1.3);
+    let polygon = disagreement(membrane(), &squared_exponential(), 1.3);
     assert!(polygon < TOLERANCE, "on a polygon: {polygon:e}");
     let rational = disagreement(plate(), &rational_quadratic(), 0.7);
     assert!(rational < TOLERANCE, "rational quadratic, orders 4 + 4: {rational:e}");
@@ -212,30 +212,30 @@ fn check_gradient<const D: usize>(
 #[test]
 fn evidence_gradients_equal_differences() {
     for evidence in [Evidence::Joint, Evidence::UnitInformation] {
-        let kernels: Vec<Box<dyn Kernel<2>>> = vec![
-            Box::new(SquaredExponential::new()),
-            Box::new(rational_quadratic()),
-            Box::new(matern(Smoothness::Thrice)),
-            Box::new(must(periodic(0, 7.0)) * SquaredExponential::along(&[1]).into()),
-            Box::new(Formula::from(SquaredExponential::new()).scaled() + linear().scaled()),
+        let kernels: Vec<Formula<2>> = vec![
+            squared_exponential(),
+            rational_quadratic(),
+            matern(Smoothness::Thrice),
+            must(periodic(0, 7.0)) * squared_exponential().along(&[1]),
+            squared_exponential().scaled() + linear().scaled(),
         ];
         for kernel in &kernels {
             let problem = heat();
-            let prior = must(Prior::constrained(&problem, &**kernel));
-            check_gradient(&problem, prior, evidence, &kernel.name());
+            let prior = must(Prior::constrained(&problem, kernel));
+            check_gradient(&problem, prior, evidence, &kernel.name);
         }
         let problem = plate();
-        let prior = must(Prior::constrained(&problem, &SquaredExponential::new()));
+        let prior = must(Prior::constrained(&problem, &squared_exponential()));
         check_gradient(&problem, prior, evidence, "plate");
         let problem = heat();
-        let prior = must(Prior::penalised(&problem, &SquaredExponential::new(), 9, 4));
+        let prior = must(Prior::penalised(&problem, &squared_exponential(), 9, 4));
         check_gradient(&problem, prior, evidence, "penalised");
         let problem = membrane();
-        let prior = must(Prior::constrained(&problem, &SquaredExponential::new()));
+        let prior = must(Prior::constrained(&problem, &squared_exponential()));
         check_gradient(&problem, prior, evidence, "membrane");
         for periodicity in [Periodicity::Value, Periodicity::ValueAndSlope] {
             let problem = ring(periodicity);
-            let prior = must(Prior::penalised(&problem, &SquaredExponential::new(), 9, 4));
+            let prior = must(Prior::penalised(&problem, &squared_exponential(), 9, 4));
             check_gradient(&problem, prior, evidence, "penalised jumps");
         }
     }
@@ -245,7 +245,7 @@ fn evidence_gradients_equal_differences() {
 fn jumps_covary_as_differences_of_both_ends() {
     // Six jumps of the value, five of the slope; k = σ² exp(−½ (r²/λ² + s²/μ²)), differentiated by hand.
     let problem = ring(Periodicity::ValueAndSlope);
-    let prior = must(Prior::penalised(&problem, &SquaredExponential::new(), 12, 2));
+    let prior = must(Prior::penalised(&problem, &squared_exponential(), 12, 2));
     let model = must(Model::new(prior, Data::new(), Evidence::Joint));
     let (sigma, lambda, mu) = (1.3_f64, 0.6_f64, 0.4_f64);
     let at: Vec<f64> = model

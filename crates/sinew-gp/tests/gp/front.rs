@@ -5,7 +5,7 @@
 
 use sinew_gp::{
     Condition, Conditional, Data, Derivative, Domain, FitOptions, Noise, Operator, Parameter,
-    Problem, SemiLinear, Series, Side, SquaredExponential, field, laplace,
+    Problem, SemiLinear, Series, Side, field, laplace, squared_exponential,
 };
 use std::time::Instant;
 
@@ -96,7 +96,7 @@ fn error(conditional: &Conditional<2>, kappa: f64) -> f64 {
 
 #[test]
 fn fifty_collocation_points_resolve_a_thin_front() {
-    let kernel = SquaredExponential::new();
+    let kernel = squared_exponential();
     let options = FitOptions { restarts: 2, ..FitOptions::default() };
     let solve = |count: usize, kappa: f64| {
         let (_, front) = allen_cahn(false, kappa);
@@ -122,7 +122,7 @@ fn fifty_collocation_points_resolve_a_thin_front() {
 #[test]
 fn the_residual_tells_where_points_are_missing() {
     let (domain, front) = allen_cahn(false, STRETCH);
-    let kernel = SquaredExponential::new();
+    let kernel = squared_exponential();
     let options = FitOptions { restarts: 2, ..FitOptions::default() };
     let mut at = must(domain.sample(20, 1));
     let mut solution = must(front.solve(&kernel, &collocated(&at, Noise::Exact), &options, 15));
@@ -171,7 +171,7 @@ fn forty_noisy_values_give_the_width() {
         // What collocation and prior disagree by is noise to be learned.
         let data = collocated(&lattice(50), Noise::Learned).values(&places, &y, Noise::Learned);
         let options = FitOptions { restarts: 2, seed, ..FitOptions::default() };
-        let kernel = SquaredExponential::new();
+        let kernel = squared_exponential();
         let solution = must(front.solve(&kernel, &data, &options, 15));
         let epsilon = must(solution.fit.parameter("epsilon"));
         let [lower, upper] = must(must(laplace(&solution.fit, 500, 1)).interval("epsilon", 0.95));
@@ -219,7 +219,7 @@ fn intervals_hold_the_width_where_data_say_little() {
         let (places, y) = measured(&everywhere, seed);
         let data = collocated(&lattice(50), Noise::Learned).values(&places, &y, Noise::Learned);
         let options = FitOptions { restarts: 2, seed, ..FitOptions::default() };
-        let solution = must(front.solve(&SquaredExponential::new(), &data, &options, 15));
+        let solution = must(front.solve(&squared_exponential(), &data, &options, 15));
         let epsilon = must(solution.fit.parameter("epsilon"));
         let [lower, upper] = must(must(laplace(&solution.fit, 500, 1)).interval("epsilon", 0.95));
         println!("everywhere {seed}: ε {epsilon:.4} in [{lower:.4}, {upper:.4}]");

@@ -2,8 +2,8 @@
 
 use sinew_gp::{
     Condition, Data, Domain, Evidence, Fit, FitOptions, Formula, Functional, GpError,
-    Hyperparameter, Kernel, Measure, Model, Noise, Parameter, Prior, Problem, Series, Side,
-    Smoothness, SquaredExponential, constant, linear, matern, periodic,
+    Hyperparameter, Measure, Model, Noise, Parameter, Prior, Problem, Series, Side, Smoothness,
+    constant, linear, matern, periodic, squared_exponential,
 };
 use std::f64::consts::PI;
 
@@ -39,7 +39,7 @@ fn deflection(x: f64) -> f64 {
 }
 
 fn prior<const D: usize>(problem: &Problem<D>) -> Prior<D> {
-    must(Prior::constrained(problem, &SquaredExponential::new()))
+    must(Prior::constrained(problem, &squared_exponential()))
 }
 
 /// `count` loads evenly along the string.
@@ -211,7 +211,7 @@ fn what_is_not_a_number_is_named() {
 
 #[test]
 fn like_kernels_in_a_sum_have_names_of_their_own() {
-    let part = || Formula::from(SquaredExponential::new()).scaled();
+    let part = || squared_exponential().scaled();
     let prior = must(Prior::constrained(&string(1.0, None), &(part() + part())));
     let model = must(Model::new(prior, loads(3), Evidence::Auto));
     let mut names: Vec<&str> = model.parameters().iter().map(|p| p.name.as_str()).collect();
@@ -264,7 +264,7 @@ fn loads_alone_give_the_same_answer_in_any_unit_of_length() {
 fn what_cannot_be_predicted_is_refused() {
     let problem = string(1.0, None);
     let [dx] = problem.domain().derivatives();
-    let free = must(Prior::unconstrained(&problem, &SquaredExponential::new()));
+    let free = must(Prior::unconstrained(&problem, &squared_exponential()));
     let free = must(Model::new(free, loads(3), Evidence::Auto));
     let free = must(must(free.fit(&FitOptions::default())).conditional());
     for bad in [f64::NAN, f64::INFINITY] {
@@ -339,17 +339,17 @@ fn starts_and_names_that_no_fit_can_use_are_refused() {
 #[test]
 fn kernels_along_axes_that_there_are_not_are_refused() {
     let problem = string(1.0, None);
-    let elsewhere: [Box<dyn Kernel<1>>; 4] = [
-        Box::new(SquaredExponential::along(&[1])),
-        Box::new(must(periodic(1, 2.0))),
-        Box::new(Formula::from(SquaredExponential::new()) + linear().along(&[0, 3])),
-        Box::new(matern(Smoothness::Thrice).along(&[2])),
+    let elsewhere: [Formula<1>; 4] = [
+        squared_exponential().along(&[1]),
+        must(periodic(1, 2.0)),
+        squared_exponential() + linear().along(&[0, 3]),
+        matern(Smoothness::Thrice).along(&[2]),
     ];
     for kernel in &elsewhere {
-        let refused = Prior::constrained(&problem, &**kernel).unwrap_err();
+        let refused = Prior::constrained(&problem, kernel).unwrap_err();
         says(&refused, "axis is not one of the domain's");
     }
-    assert!(Prior::constrained(&problem, &SquaredExponential::along(&[0])).is_ok());
+    assert!(Prior::constrained(&problem, &squared_exponential().along(&[0])).is_ok());
 }
 
 #[test]
@@ -368,7 +368,7 @@ fn data_that_do_not_fit_together_are_refused() {
 fn groups_that_determine_nothing_are_named() {
     let domain = must(Domain::interval("x", [0.0, 1.0]));
     let free = must(Problem::new(domain, sinew_gp::Operator::identity()));
-    let free = must(Prior::unconstrained(&free, &SquaredExponential::new()));
+    let free = must(Prior::unconstrained(&free, &squared_exponential()));
     let new = |data: Data<1>| Model::new(free.clone(), data, Evidence::Joint).map(|_| ());
     let some = || Data::new().equation(&[[0.5]], &[1.0], Noise::Exact);
     says(&new(Data::new()).unwrap_err(), "no observations");

@@ -4,8 +4,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Evidence, Fit, FitOptions, GpError, Model, Noise,
-    Operator, Parameter, Prior, Problem, Series, Side, SquaredExponential, Warning, constant,
-    field, laplace,
+    Operator, Parameter, Prior, Problem, Series, Side, Warning, constant, field, laplace,
+    squared_exponential,
 };
 use std::f64::consts::PI;
 
@@ -138,7 +138,7 @@ impl Slab {
             0 => data.equation_everywhere(constant(0.0)),
             count => data.equation(&domain.sample(count, 5)?, &vec![0.0; count], Noise::Exact),
         };
-        let prior = Prior::constrained(&problem, &SquaredExponential::new())?;
+        let prior = Prior::constrained(&problem, &squared_exponential())?;
         Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())
     }
 
@@ -226,7 +226,7 @@ fn what_contradicts_itself() {
                         let undefined = field(|[x, _]: [Series; 2]| (x - 0.5).ln());
                         let problem = Problem::new(domain, dt - &diffusivity * dx * dx)?
                             .condition("t", Side::Lower, Condition::Dirichlet(undefined))?;
-                        let prior = Prior::constrained(&problem, &SquaredExponential::new())?;
+                        let prior = Prior::constrained(&problem, &squared_exponential())?;
                         let data = Data::new().equation(&[[0.8, 0.5]], &[0.0], Noise::Exact);
                         Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())
                     };
@@ -258,7 +258,7 @@ fn line(
         let f: Vec<f64> = places.iter().map(|[x]| load(*x)).collect();
         let data =
             Data::new().values(&places, &y, Noise::Learned).equation(&places, &f, Noise::Exact);
-        let prior = Prior::constrained(&problem, &SquaredExponential::new())?;
+        let prior = Prior::constrained(&problem, &squared_exponential())?;
         Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())
     };
     judge(fit(), truth)
@@ -331,7 +331,7 @@ fn an_equation_whose_only_term_vanishes_is_resolved() -> Result<(), GpError> {
     let data =
         Data::new().values(&places, &y, Noise::Learned).equation(&at, &[0.0; 12], Noise::Exact);
     let problem = Problem::new(domain, dx * dx)?;
-    let prior = Prior::constrained(&problem, &SquaredExponential::new())?;
+    let prior = Prior::constrained(&problem, &squared_exponential())?;
     let fit = Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())?;
     let warnings = fit.warnings()?;
     assert!(!warnings.iter().any(|w| matches!(w, Warning::Unresolved { .. })), "{warnings:?}");

@@ -4,13 +4,13 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Evidence, Fit, FitOptions, GpError, Model, Noise,
-    Parameter, Prior, Problem, Series, Side, SquaredExponential, constant, field,
+    Parameter, Prior, Problem, Series, Side, constant, field, squared_exponential,
 };
 use sinew_sample::standard_normals;
 use std::f64::consts::PI;
 
 fn fitted<const D: usize>(problem: &Problem<D>, data: Data<D>) -> Result<Fit<D>, GpError> {
-    let prior = Prior::constrained(problem, &SquaredExponential::new())?;
+    let prior = Prior::constrained(problem, &squared_exponential())?;
     let options = FitOptions { most_points: if D == 1 { 200 } else { 0 }, ..FitOptions::default() };
     Model::new(prior, data, Evidence::Auto)?.fit(&options)
 }

@@ -1,29 +1,28 @@
 //! Kernels of this crate are symmetric, definite and differentiated correctly, and functions that are not covariances are found.
 
 use sinew_gp::{
-    Formula, Hyperparameter, Kernel, Measure, Series, Smoothness, SquaredExponential, check_kernel,
-    linear, matern, periodic, rational_quadratic,
+    Formula, Hyperparameter, Measure, Series, Smoothness, check_kernel, linear, matern, periodic,
+    rational_quadratic, squared_exponential,
 };
 
-fn kernels() -> Vec<Box<dyn Kernel<2>>> {
-    let smooth = || Formula::from(SquaredExponential::new());
+fn kernels() -> Vec<Formula<2>> {
     let wave = |axis, period| periodic(axis, period).unwrap();
     vec![
-        Box::new(SquaredExponential::new()),
-        Box::new(SquaredExponential::along(&[1])),
-        Box::new(rational_quadratic()),
-        Box::new(rational_quadratic().along(&[1])),
-        Box::new(matern(Smoothness::Once)),
-        Box::new(matern(Smoothness::Twice)),
-        Box::new(matern(Smoothness::Thrice)),
-        Box::new(linear()),
-        Box::new(wave(0, 1.3)),
-        Box::new(wave(0, 1.3) * SquaredExponential::along(&[1]).into()),
-        Box::new(linear() * smooth()),
-        Box::new(smooth().scaled() + rational_quadratic().scaled()),
-        Box::new(linear() + wave(1, 0.9)),
-        Box::new(linear() + matern(Smoothness::Once)),
-        Box::new(matern(Smoothness::Twice) * wave(0, 1.3)),
+        squared_exponential(),
+        squared_exponential().along(&[1]),
+        rational_quadratic(),
+        rational_quadratic().along(&[1]),
+        matern(Smoothness::Once),
+        matern(Smoothness::Twice),
+        matern(Smoothness::Thrice),
+        linear(),
+        wave(0, 1.3),
+        wave(0, 1.3) * squared_exponential().along(&[1]),
+        linear() * squared_exponential(),
+        squared_exponential().scaled() + rational_quadratic().scaled(),
+        linear() + wave(1, 0.9),
+        linear() + matern(Smoothness::Once),
+        matern(Smoothness::Twice) * wave(0, 1.3),
     ]
 }
 
@@ -31,7 +30,6 @@ fn kernels() -> Vec<Box<dyn Kernel<2>>> {
 fn all_kernels_conform() {
     for kernel in &kernels() {
         let values: Vec<f64> = kernel
-            .to_formula()
             .hyperparameters()
             .iter()
             .enumerate()
@@ -40,8 +38,8 @@ fn all_kernels_conform() {
                 Measure::Number { .. } | Measure::Width { .. } => 1.1 + 0.1 * number as f64,
             })
             .collect();
-        let result = check_kernel(&**kernel, &values, [-0.5, 0.0], [1.0, 2.0], 3);
-        assert_eq!(result, Ok(()), "{}", kernel.name());
+        let result = check_kernel(kernel, &values, [-0.5, 0.0], [1.0, 2.0], 3);
+        assert_eq!(result, Ok(()), "{}", kernel.name);
     }
 }
 
@@ -54,11 +52,10 @@ fn lengths_from_a_twentieth_to_fifty_times_the_extent_pass() {
                 Measure::Length { axis } => length * extents[axis],
                 Measure::Number { .. } | Measure::Width { .. } => 1.2,
             };
-            let values: Vec<f64> =
-                kernel.to_formula().hyperparameters().into_iter().map(value).collect();
+            let values: Vec<f64> = kernel.hyperparameters().into_iter().map(value).collect();
             let upper = [-1.0 + extents[0], extents[1]];
-            let result = check_kernel(&**kernel, &values, [-1.0, 0.0], upper, seed as u64);
-            assert_eq!(result, Ok(()), "{} of length {length}", kernel.name());
+            let result = check_kernel(kernel, &values, [-1.0, 0.0], upper, seed as u64);
+            assert_eq!(result, Ok(()), "{} of length {length}", kernel.name);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use sinew_gp::{
     Condition, Conditional, Data, Domain, Evidence, FitOptions, Formula, GpError, Model, Noise,
-    Operator, Parameter, Prior, Problem, Series, Side, SquaredExponential, constant, field,
+    Operator, Parameter, Prior, Problem, Series, Side, constant, field, squared_exponential,
 };
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -39,7 +39,7 @@ fn exact([x, t]: [f64; 2]) -> f64 {
 fn means_over_cells_tell_what_all_values_do() -> Result<(), GpError> {
     let (problem, data) = slab(400)?;
     let fit = |data: Data<2>| {
-        let prior = Prior::constrained(&problem, &SquaredExponential::new())?;
+        let prior = Prior::constrained(&problem, &squared_exponential())?;
         Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())
     };
     let (all, cells) = (fit(data.clone())?, fit(data.averaged(30))?);
@@ -73,7 +73,7 @@ fn means_of_quadratics_are_those_of_the_values() -> Result<(), GpError> {
     ]);
     let free = Problem::new(domain.clone(), Operator::identity())?;
     let held = free.clone().condition("x", Side::Lower, given)?;
-    let prior = Prior::constrained(&held, &SquaredExponential::new())?;
+    let prior = Prior::constrained(&held, &squared_exponential())?;
     let model = Arc::new(Model::new(prior, data.clone(), Evidence::Joint)?);
     let at: Vec<f64> = model
         .parameters()

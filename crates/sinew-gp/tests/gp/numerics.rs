@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 use sinew_gp::{
-    Data, Derivative, Domain, Evaluation, Evidence, Formula, GpError, Kernel, Model, Noise,
-    Operator, Prior, Problem, Series, SquaredExponential,
+    Data, Derivative, Domain, Evaluation, Evidence, Formula, GpError, Model, Noise, Operator,
+    Prior, Problem, Series, squared_exponential,
 };
 use std::f64::consts::PI;
 
@@ -12,13 +12,13 @@ fn must<T, E: std::fmt::Display>(result: Result<T, E>) -> T {
 }
 
 /// A process without conditions over a domain, of which data are known.
-fn model<const D: usize>(domain: &Domain<D>, kernel: &dyn Kernel<D>, data: Data<D>) -> Model<D> {
+fn model<const D: usize>(domain: &Domain<D>, kernel: &Formula<D>, data: Data<D>) -> Model<D> {
     let problem = must(Problem::new(domain.clone(), Operator::identity()));
     must(Model::new(must(Prior::unconstrained(&problem, kernel)), data, Evidence::Joint))
 }
 
 /// A whole number of places at a distance of one, with values of a wave that have errors of variance 0.1.
-fn line(count: usize, kernel: &dyn Kernel<1>) -> Model<1> {
+fn line(count: usize, kernel: &Formula<1>) -> Model<1> {
     let domain = must(Domain::interval("x", [0.0, count as f64]));
     let places: Vec<[f64; 1]> = (0..count).map(|k| [k as f64]).collect();
     let y: Vec<f64> = (0..count).map(|k| (1.3 * k as f64).cos()).collect();
@@ -33,7 +33,7 @@ fn covariances_are_accurate_exponentials() {
     let places: Vec<[f64; 1]> = (0..COUNT).map(|k| [45.0 * share(k)]).collect();
     let data = Data::new().values(&places, &[0.0; COUNT], Noise::Known(1.0));
     // Amplitude and lengthscale are one.
-    let model = model(&domain, &SquaredExponential::new(), data);
+    let model = model(&domain, &squared_exponential(), data);
     let covariance = must(model.prior_covariance(&[0.0, 0.0]));
     let mut beyond = 0;
     for (row, [a]) in covariance.iter().zip(&places) {
@@ -82,7 +82,7 @@ fn evidence_is_that_of_dense_algebra_whatever_the_threads() {
     };
     // Around the orders up to which factors and inverses are computed at once, and far above.
     for count in [1, 9, 64, 65, 130, 320, 321, 677] {
-        let model = line(count, &SquaredExponential::new());
+        let model = line(count, &squared_exponential());
         let found = on(1, &model);
         assert_eq!(found, on(2, &model), "{count}: the bits do not depend on the threads");
         let covariance = must(model.prior_covariance(&[0.0, 3.0_f64.ln()]));
@@ -146,7 +146,7 @@ fn the_closed_form_is_that_of_the_formula() {
         &values,
         Noise::Known(1.0),
     );
-    let kernel: Formula<2> = SquaredExponential::new().into();
+    let kernel: Formula<2> = squared_exponential();
     let own = kernel.clone();
     let formula =
         Formula::new("by series", own.hyperparameters(), move |h, x, y| own.formula(h, x, y));

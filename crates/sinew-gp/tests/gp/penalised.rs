@@ -2,7 +2,7 @@
 
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Evidence, FitOptions, Model, Noise, Operator, Parameter,
-    Periodicity, Prior, Problem, Series, Side, SquaredExponential, field,
+    Periodicity, Prior, Problem, Series, Side, field, squared_exponential,
 };
 use std::f64::consts::PI;
 
@@ -33,7 +33,7 @@ fn a_wave_runs_around_a_ring() {
     for periodicity in [Periodicity::Value, Periodicity::ValueAndSlope] {
         let problem = ring(periodicity);
         let domain = problem.domain().clone();
-        let prior = must(Prior::penalised(&problem, &SquaredExponential::new(), 80, 3));
+        let prior = must(Prior::penalised(&problem, &squared_exponential(), 80, 3));
         let places = must(domain.sample(8, 1));
         let y: Vec<f64> = places
             .iter()

@@ -2,7 +2,7 @@
 
 use sinew_gp::{
     Condition, Data, Domain, Evidence, FitOptions, GpError, Model, Noise, Prior, Problem, Side,
-    SquaredExponential, constant,
+    constant, squared_exponential,
 };
 use std::f64::consts::PI;
 
@@ -23,7 +23,7 @@ fn beam(
     let places: Vec<[f64; 1]> = (0..count).map(|k| [length * share(k)]).collect();
     let loads: Vec<f64> = (0..count).map(|k| load(share(k))).collect();
     let data = Data::new().equation(&places, &loads, Noise::Exact);
-    let prior = Prior::constrained(&problem, &SquaredExponential::new())?;
+    let prior = Prior::constrained(&problem, &squared_exponential())?;
     let fit = Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())?;
     let found = fit.conditional()?.predict(&[[at * length]])?;
     Ok(([found.mean[0], found.standard_deviation[0]], fit.warnings()?.len()))

@@ -1,8 +1,8 @@
 //! The search for the most probable parameters, on evidences whose maximum is known.
 
 use sinew_gp::{
-    Data, Domain, Evidence, Formula, GpError, Hyperparameter, Kernel, Measure, Model, Noise,
-    Operator, Prior, Problem, Series,
+    Data, Domain, Evidence, Formula, GpError, Hyperparameter, Measure, Model, Noise, Operator,
+    Prior, Problem, Series,
 };
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -20,7 +20,7 @@ fn within(name: &'static str, [lower, upper]: [f64; 2]) -> Hyperparameter {
 
 /// Exact values of one at 0, 1, …, whose variances a kernel gives: with a variance v the logarithm of the probability of each is
 /// −½ (ln v + 1/v + ln 2π), and that of the amplitude −½ ln² of it.
-fn ones(count: usize, kernel: &dyn Kernel<1>) -> Model<1> {
+fn ones(count: usize, kernel: &Formula<1>) -> Model<1> {
     let domain = must(Domain::interval("x", [0.0, 1.0]));
     let problem = must(Problem::new(domain, Operator::identity()));
     let places: Vec<[f64; 1]> = (0..count).map(|k| [k as f64]).collect();

@@ -2,7 +2,7 @@
 
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Evidence, FitOptions, GpError, Noise, Parameter, Problem,
-    SemiLinear, Series, Side, SquaredExponential, Warning, constant, field, laplace,
+    SemiLinear, Series, Side, Warning, constant, field, laplace, squared_exponential,
 };
 use std::f64::consts::PI;
 
@@ -30,7 +30,7 @@ fn string() -> Problem<1> {
 
 #[test]
 fn terms_without_a_value_are_named_by_point_and_arguments() {
-    let kernel = SquaredExponential::new();
+    let kernel = squared_exponential();
     let options = FitOptions { restarts: 1, ..FitOptions::default() };
     let data = Data::new().equation(&[[0.2], [0.5]], &[1.0; 2], Noise::Exact);
     let identity = [Derivative::identity()];
@@ -94,8 +94,7 @@ fn terms_of_two_arguments_are_linearised_in_both() {
     let at = must(domain.sample(40, 5));
     let data =
         Data::new().values(&places, &y, Noise::Learned).equation(&at, &[0.0; 40], Noise::Learned);
-    let solution =
-        must(burgers.solve(&SquaredExponential::new(), &data, &FitOptions::default(), 15));
+    let solution = must(burgers.solve(&squared_exponential(), &data, &FitOptions::default(), 15));
     let grid = domain.grid(20);
     let mean = must(must(solution.fit.conditional()).mean(&grid));
     let error = mean.iter().zip(&grid).map(|(u, x)| (u - exact(*x)).abs()).sum::<f64>() / 400.0;
@@ -129,7 +128,7 @@ fn measured(noise: Noise) -> Data<1> {
 
 #[test]
 fn rate_and_capacity_of_a_growth_are_found() -> Result<(), GpError> {
-    let (growth, kernel) = (growth()?, SquaredExponential::new());
+    let (growth, kernel) = (growth()?, squared_exponential());
     let solution = growth.solve(&kernel, &measured(Noise::Exact), &FitOptions::default(), 40)?;
     assert!(solution.has_converged(), "{} after {}", solution.change, solution.steps);
     assert_eq!(solution.fit.model().evidence(), Evidence::UnitInformation);
@@ -152,7 +151,7 @@ fn rate_and_capacity_of_a_growth_are_found() -> Result<(), GpError> {
 
 #[test]
 fn samples_scatter_as_predicted() -> Result<(), GpError> {
-    let (growth, kernel) = (growth()?, SquaredExponential::new());
+    let (growth, kernel) = (growth()?, squared_exponential());
     let solution =
         growth.solve(&kernel, &measured(Noise::Known(0.05)), &FitOptions::default(), 40)?;
     let conditional = solution.fit.conditional()?;
@@ -170,7 +169,7 @@ fn samples_scatter_as_predicted() -> Result<(), GpError> {
 
 #[test]
 fn terms_depend_on_the_place() -> Result<(), GpError> {
-    let (kernel, options) = (SquaredExponential::new(), FitOptions::default());
+    let (kernel, options) = (squared_exponential(), FitOptions::default());
     let at: Vec<[f64; 1]> = (0..15).map(|k| [(f64::from(k) + 0.5) / 15.0]).collect();
     // −u″ = exp(−a x) with a = 2, from eight deflections: u = (1 − x + x e⁻² − e⁻²ˣ)/4.
     let absorption = Parameter::new("a", [0.2, 20.0])?;
@@ -209,7 +208,7 @@ fn terms_depend_on_the_place() -> Result<(), GpError> {
 #[test]
 fn an_equation_everywhere_finds_its_points() -> Result<(), GpError> {
     // −u″ + (1 + x) u² = f for u = sin 5πx, which fifteen points at random do not tell.
-    let (kernel, options) = (SquaredExponential::new(), FitOptions::default());
+    let (kernel, options) = (squared_exponential(), FitOptions::default());
     let wave = |x: &Series| (x * (5.0 * PI)).sin();
     let load = field(move |[x]: [Series; 1]| {
         let u = wave(&x);

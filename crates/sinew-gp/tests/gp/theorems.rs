@@ -2,7 +2,7 @@
 
 use sinew_gp::{
     Condition, Data, Domain, Evidence, FitOptions, Model, Noise, Operator, Prior, Problem, Side,
-    SquaredExponential, constant,
+    constant, squared_exponential,
 };
 
 fn must<T, E: std::fmt::Display>(result: Result<T, E>) -> T {
@@ -26,7 +26,7 @@ fn built_in_conditions_leave_a_prior_universal() {
                 .and_then(|p| p.condition("x", Side::Upper, held())),
         );
         let data = Data::new().values(&at, &values, Noise::Exact);
-        let prior = must(Prior::constrained(&problem, &SquaredExponential::new()));
+        let prior = must(Prior::constrained(&problem, &squared_exponential()));
         let model = must(Model::new(prior, data, Evidence::Joint));
         let fit = must(model.fit(&FitOptions::default()));
         let grid = domain.grid(2001);

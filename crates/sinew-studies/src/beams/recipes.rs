@@ -3,9 +3,9 @@
 use crate::beams::options::{BeamOptions, Method};
 use crate::program;
 use sinew_emulate::{Budget, TrainingOptions};
-use sinew_gnn::TrainingConfig;
 use sinew_gnn::recipe::{DataDriven, PhysicsInformed, Regression};
 use sinew_gnn::{Network, OutputCoordinates, Recipe};
+use sinew_gnn::{OptimiserConfig, Schedule, TrainingBudget, TrainingConfig};
 use std::path::Path;
 
 /// Numbers of simulations.
@@ -37,10 +37,29 @@ pub(crate) fn recipes(options: &BeamOptions) -> Vec<(&'static str, Recipe)> {
     chosen.chain([("pod", regression.into())]).collect()
 }
 
+/// The thesis' sizes (§2.2.4).
+pub(crate) fn thesis_network() -> Network {
+    Network { width: 128, ..Network::default() }
+}
+
+/// The thesis' schedule (§3.3.1): 5000 epochs of 200 samples, one by one, Adam at 1e-4.
+pub(crate) fn thesis_training() -> TrainingConfig {
+    TrainingConfig {
+        optimiser: OptimiserConfig::adam(),
+        learning_rate: 1e-4,
+        schedule: Schedule::Constant,
+        budget: TrainingBudget::Steps(5000 * 200),
+        batch: 1,
+        gradient_norm_limit: None,
+        evaluations: 500,
+        ..TrainingConfig::default()
+    }
+}
+
 fn recipe(options: &BeamOptions, method: Method) -> Recipe {
     let simulations = Samples::of(options).training;
-    let thesis = options.full.then(|| (OutputCoordinates::Components, TrainingConfig::thesis()));
-    let network = if options.full { Network::thesis() } else { Network::default() };
+    let thesis = options.full.then(|| (OutputCoordinates::Components, thesis_training()));
+    let network = if options.full { thesis_network() } else { Network::default() };
     match method {
         Method::Dd | Method::Fdd => {
             let base = DataDriven::default();
@@ -76,17 +95,30 @@ const LEAST_SHARE: f64 = 0.2;
 /// Steps of a quick check.
 const QUICK_STEPS: usize = 40;
 
+/// Cost of a recipe's own training steps, in decoded parameter sets; zero for a regression.
+fn cost(recipe: &Recipe) -> f64 {
+    let (coordinates, training) = match recipe {
+        Recipe::DataDriven(own) => (&own.coordinates, &own.training),
+        Recipe::PhysicsInformed(own) => (&own.coordinates, &own.training),
+        Recipe::Taylor | Recipe::Regression(_) | Recipe::Auto(_) => return 0.0,
+    };
+    match coordinates {
+        OutputCoordinates::MotionsAfter(first) => first.cost() + training.cost(),
+        _ => training.cost(),
+    }
+}
+
 /// This recipe's share of the run's budget, in proportion to the cost of the default run.
 fn budget(options: &BeamOptions, recipe: &Recipe) -> Budget {
     let Some(budget) = options.budget.map(|budget| budget.as_secs_f64()) else {
-        let quick = options.quick && recipe.cost() > 0.0;
+        let quick = options.quick && cost(recipe) > 0.0;
         return if quick { Budget::Steps(QUICK_STEPS) } else { Budget::Effort(options.effort) };
     };
     let scenes = options.scene.beams().len() as f64;
     let total: f64 =
-        options.method.iter().map(|&method| self::recipe(options, method).cost()).sum();
+        options.method.iter().map(|&method| cost(&self::recipe(options, method))).sum();
     let left = (budget - FIXED_SECONDS * scenes).max(LEAST_SHARE * budget);
-    match recipe.cost() {
+    match cost(recipe) {
         0.0 => Budget::default(),
         cost => Budget::Seconds(left / scenes * cost / total),
     }

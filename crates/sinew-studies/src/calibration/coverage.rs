@@ -77,7 +77,7 @@ fn one(options: &Options, patient: &Synthetic, number: u64) -> Result<Result<Out
     let truth = model.observe(&patient.theta, false)?.values;
     let draws = quantities(&prepared, &posterior, &patient.theta, &truth)?;
     let ranks = draws.iter().map(|(draws, truth)| rank(draws, *truth)).collect();
-    let mixing = posterior.mixing();
+    let mixing = posterior.coordinates.mixing();
     Ok(Ok(Outcome { ranks, correction: posterior.correction, mixing }))
 }
 
@@ -93,7 +93,7 @@ pub(super) fn quantities(
     for name in VOLUMES {
         let seen = prepared.reported.iter().find(|seen| seen.name == name);
         let at = seen.ok_or_else(|| anyhow!("no {name}"))?.observable;
-        all.push((posterior.observable(at).concat(), observed[at]));
+        all.push((posterior.observed.parameter(at).concat(), observed[at]));
     }
     Ok(all)
 }

@@ -142,7 +142,7 @@ pub(super) fn rival(options: &Options) -> Result<Section> {
     let settings = CalibrateOptions { seed: options.seed, ..CalibrateOptions::default() };
     let mut solves = Solves::new(&model, Box::new(|_, _, _| ()));
     let posterior = calibrate(&prepared.problem, &mut solves, &settings)?;
-    let [_, bulk, tail] = posterior.mixing();
+    let [_, bulk, tail] = posterior.coordinates.mixing();
     let c = &posterior.correction;
     let clock = Instant::now();
     let (chain, made) =

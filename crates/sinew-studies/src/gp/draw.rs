@@ -30,7 +30,7 @@ pub(crate) fn posterior<const D: usize>(
         1 => curves(inference, conditional, observed)?,
         _ => maps(inference, conditional, observed)?,
     };
-    let at = domain.names().iter().zip(domain.upper()).skip(2);
+    let at = domain.names().iter().zip(domain.ends().map(|[_, upper]| upper)).skip(2);
     let slice: String = at.map(|(name, end)| format!(" at {name} = {end}")).collect();
     let theta: String = setting
         .truth
@@ -154,7 +154,7 @@ struct Slice<const D: usize> {
 
 impl<const D: usize> Slice<D> {
     fn of(domain: &Domain<D>, count: usize) -> Self {
-        let (from, to) = (domain.lower(), domain.upper());
+        let [from, to] = [0, 1].map(|end| domain.ends().map(|ends| ends[end]));
         let coordinate = |axis: usize, k: usize| {
             from[axis] + (to[axis] - from[axis]) * k as f64 / (count - 1) as f64
         };

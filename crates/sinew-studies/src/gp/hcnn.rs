@@ -63,10 +63,10 @@ impl Network {
         let features: Vec<_> =
             features.into_iter().map(|f| (f.factor, !f.axes.is_empty())).collect();
         let mut equation = vec![0.0; 3];
-        for term in problem.equation().terms() {
+        for term in &problem.equation().terms {
             equation[term.derivative.orders[0]] += term.scale;
         }
-        let ends = [problem.domain().lower()[0], problem.domain().upper()[0]];
+        let ends = problem.domain().ends()[0];
         let count = features.iter().map(|(_, free)| if *free { 3 * WIDTH + 1 } else { 1 }).sum();
         let weights = vec![0.0; count];
         let mut network =

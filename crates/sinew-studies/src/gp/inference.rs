@@ -8,7 +8,7 @@ use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
-    Data, Evidence, Fit, FitOptions, GpError, Model, Noise, Prediction, Prior, SquaredExponential,
+    Data, Evidence, Fit, FitOptions, GpError, Model, Noise, Prediction, Prior, squared_exponential,
 };
 use std::f64::consts::TAU;
 use std::time::Instant;
@@ -95,8 +95,9 @@ impl<const D: usize> Setting<D> {
     /// Places inside of the domain that bands are judged at.
     pub(crate) fn inside(&self) -> Vec<[f64; D]> {
         let domain = self.problem.domain();
-        let within =
-            |x: &[f64; D]| (0..D).all(|d| domain.lower()[d] < x[d] && x[d] < domain.upper()[d]);
+        let within = |x: &[f64; D]| {
+            domain.ends().iter().zip(x).all(|([lower, upper], x)| lower < x && x < upper)
+        };
         domain.grid(12).into_iter().filter(within).collect()
     }
 
@@ -250,7 +251,7 @@ impl<const D: usize> Inference<D> {
     }
 
     fn prior(&self, task: &Task) -> Result<Prior<D>, GpError> {
-        let (problem, kernel) = (&self.setting.problem, SquaredExponential::new());
+        let (problem, kernel) = (&self.setting.problem, squared_exponential());
         match self.approach {
             Approach::Constrained => Prior::constrained(problem, &kernel),
             Approach::Penalised(points) => {

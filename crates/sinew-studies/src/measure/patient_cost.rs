@@ -5,12 +5,12 @@ mod heart;
 
 use crate::timing::cpu_seconds;
 use anyhow::Result;
-use heart::{MMHG, NAMES, passive, segments, wall};
+use heart::{MMHG, NAMES, ObserveStrains, passive, segments, wall};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_calibrate::{
-    CalibrateOptions, Datum, Direction, Forward, Observable, Patient, Prior, Problem, Solves,
-    Unknown, calibrate,
+    CalibrateOptions, Datum, Direction, Forward, Observable, Patient, PatientBuilder, Prior,
+    Problem, Solves, Unknown, calibrate,
 };
 use sinew_mesh::TruncatedEllipsoid;
 use sinew_sample::standard_normals;
@@ -44,19 +44,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let segments = segments(&wall);
     let mut patient = Patient::of(&body).parameters(NAMES).image([("pressure", 8.0 * MMHG)]);
     if rest {
-        patient = patient.image([("pressure", 0.0)]).image_is_at_rest();
+        patient = PatientBuilder { fibres: None, ..patient.image([("pressure", 0.0)]) };
     }
+    let patient = PatientBuilder {
+        wall: Some(&wall),
+        segments: Some(&segments),
+        accuracy: 1e-6,
+        start: Some(RANGES.map(|[low, high]| (low * high).sqrt()).to_vec()),
+        ..patient
+    };
     let patient = patient
         .phase("low", [("pressure", 3.0 * MMHG)])
         .phase("high", [("pressure", 14.0 * MMHG)])
-        .wall(&wall)
-        .segments(&segments)
         .observe(Observable::volume("endo", "low"))
         .observe(Observable::volume("endo", "high"))
-        .observe_strains(Direction::Circumferential, "low", "high")
-        .observe_strains(Direction::Longitudinal, "low", "high")
-        .accuracy(1e-6)
-        .start(&RANGES.map(|[low, high]| (low * high).sqrt()))
+        .observe_strains(&segments, Direction::Circumferential, "low", "high")
+        .observe_strains(&segments, Direction::Longitudinal, "low", "high")
         .build()?;
     let unknown = |(name, range): (&&str, &[f64; 2])| {
         Unknown::new(*name, "1", Prior::LogUniform { range: *range })
@@ -89,7 +92,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let mut solves = Solves::new(&patient, Box::new(told));
     let posterior =
         calibrate(&problem, &mut solves, &CalibrateOptions { seed, ..Default::default() })?;
-    let (c, [r_hat, bulk, tail]) = (&posterior.correction, posterior.mixing());
+    let (c, [r_hat, bulk, tail]) = (&posterior.correction, posterior.coordinates.mixing());
     println!(
         "{} solves, {:.1} s of processor time, {:.1} s on {} threads; {} rounds, k̂ {:.2}, share {:.2}, accepted {:.3}, R̂ {r_hat:.3}, \
          {bulk:.0} effective draws in the bulk and {tail:.0} in the tails",

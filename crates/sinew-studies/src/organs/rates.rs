@@ -2,6 +2,7 @@
 
 pub(crate) mod grid;
 
+use crate::beams::recipes::{thesis_network, thesis_training};
 use crate::organs::options::Options;
 use crate::organs::run::train;
 use crate::program;
@@ -11,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use sinew::recipe::{PhysicsInformed, TrainingConfig};
 use sinew::{Body, Case};
 use sinew_emulate::{CurvePoint, store};
-use sinew_gnn::{Network, OutputCoordinates};
+use sinew_gnn::OutputCoordinates;
 use sinew_report::{Block, Cell, Chart, Column, Row, Section, Series, Style, Table};
 use std::path::Path;
 
@@ -55,9 +56,9 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
 /// Names and recipes.
 fn rules() -> impl Iterator<Item = (String, PhysicsInformed)> {
     let thesis = THESIS.map(|rate| {
-        let training = TrainingConfig { learning_rate: rate, ..TrainingConfig::thesis() };
+        let training = TrainingConfig { learning_rate: rate, ..thesis_training() };
         let coordinates = OutputCoordinates::Components;
-        let network = Network::thesis();
+        let network = thesis_network();
         let recipe = PhysicsInformed { parameter_sets: 200, coordinates, network, training };
         (format!("thesis, {rate:.0e}"), recipe)
     });

@@ -135,10 +135,10 @@ mod samples {
 
 mod schedules {
     use super::options::BeamOptions;
-    use super::recipes::{recipes, training};
+    use super::recipes::{recipes, thesis_network, training};
     use clap::Parser;
     use sinew_emulate::Budget;
-    use sinew_gnn::{Network, OutputCoordinates, Recipe};
+    use sinew_gnn::{OutputCoordinates, Recipe};
     use std::path::Path;
 
     /// Emulators with their recipes and budgets.
@@ -176,7 +176,7 @@ mod schedules {
         let (_, Recipe::PhysicsInformed(pi), budget) = pi else { panic!("pi") };
         assert_eq!(
             (&pi.coordinates, pi.network),
-            (&OutputCoordinates::Components, Network::thesis())
+            (&OutputCoordinates::Components, thesis_network())
         );
         assert_eq!(pi.training.budget, sinew_gnn::TrainingBudget::Steps(1_000_000));
         assert_eq!((pi.training.learning_rate, pi.training.embedding_share), (1e-4, 1.0));

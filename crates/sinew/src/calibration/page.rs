@@ -203,7 +203,7 @@ fn data(posterior: &Posterior) -> Section {
 
 fn correction(posterior: &Posterior) -> Section {
     let found = &posterior.correction;
-    let [r_hat, bulk, tail] = posterior.mixing();
+    let [r_hat, bulk, tail] = posterior.coordinates.mixing();
     let facts = [
         ("Pareto k̂", format!("{:.2}", found.k_hat)),
         ("effective share", format!("{:.3}", found.share)),

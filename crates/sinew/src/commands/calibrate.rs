@@ -95,9 +95,9 @@ impl Calibrate {
         let folder = folder.join("calibrate");
         std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
         let mut terminal = Terminal::default();
-        let solves = observed(&patient, &mut terminal).within(self.budget);
+        let mut solves = observed(&patient, &mut terminal);
+        solves.budget = self.budget;
         if self.check {
-            let mut solves = solves;
             let found = check_identifiability(&prepared.problem, &mut solves);
             let verdict =
                 found.as_ref().ok().map(|(mode, seen)| seen.verdict(&prepared.problem, mode));
@@ -170,7 +170,6 @@ impl Calibrate {
 fn told(error: CalibrateError) -> anyhow::Error {
     match error {
         CalibrateError::Input(reason) | CalibrateError::Store(reason) => Usage(reason).into(),
-        error @ CalibrateError::Unreachable { .. } => Usage(error.to_string()).into(),
         other => other.into(),
     }
 }

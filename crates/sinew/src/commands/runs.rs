@@ -7,9 +7,10 @@ use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
 use serde::Deserialize;
+use sinew::calibrate::CalibrateError;
 use sinew::output::displacement_in_words;
 use sinew::report::format::digits;
-use sinew::runs::{Measured, Runs, RunsPosterior, RunsPosteriorError, write_predictions};
+use sinew::runs::{Measured, Runs, RunsPosterior, write_predictions};
 use sinew::{EmulatorError, Unit, values_in_words};
 use sinew_emulate::{LeftOut, Predicted, RunsEmulator, Terminal};
 use sinew_report::Provenance;
@@ -162,7 +163,7 @@ impl DataFile {
         let mut terminal = Terminal::default();
         let posterior = RunsPosterior::new(&emulator, &self.data, &options, &mut terminal);
         let posterior = posterior.or_else(|error| match error {
-            RunsPosteriorError::Input(reason) => refuse(format!("{}: {reason}", file.display())),
+            CalibrateError::Input(reason) => refuse(format!("{}: {reason}", file.display())),
             error => Err(error.into()),
         })?;
         warn(&posterior.warnings);

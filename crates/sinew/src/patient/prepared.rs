@@ -60,7 +60,9 @@ impl Prepared {
     pub fn patient(&self) -> Result<Patient<'_>, String> {
         let names = self.problem.unknowns.iter().map(|unknown| unknown.name.clone());
         let start = self.problem.theta(&vec![0.0; names.len()]);
-        let mut builder = self.base().parameters(names).start(&start);
+        let observables = self.observables.clone();
+        let base = self.base().parameters(names);
+        let mut builder = PatientBuilder { start: Some(start), observables, ..base };
         for (phase, values) in &self.phases {
             let settings = self.settings(phase, values);
             builder = match phase == IMAGE {
@@ -68,7 +70,6 @@ impl Prepared {
                 false => builder.phase(phase, settings),
             };
         }
-        let builder = self.observables.iter().cloned().fold(builder, PatientBuilder::observe);
         builder.build().map_err(|error| error.to_string())
     }
 
@@ -112,20 +113,16 @@ impl Prepared {
     }
 
     fn base(&self) -> PatientBuilder<'_> {
-        let mut builder = Patient::of(&self.body).parameters(self.curve_names());
-        builder = match self.at_rest {
-            true => builder.image_is_at_rest(),
-            false => builder.fibres(self.fibres),
-        };
-        if let Some(wall) = &self.wall {
-            builder = builder.wall(wall);
-        }
-        if let Some(segments) = &self.segments {
-            builder = builder.segments(segments);
-        }
         let start = self.problem.theta(&vec![0.0; self.problem.unknowns.len()]);
-        let start: Vec<f64> = self.curve_parameters().iter().map(|&at| start[at]).collect();
-        builder.start(&start).accuracy(ACCURACY)
+        let start = self.curve_parameters().iter().map(|&at| start[at]).collect();
+        PatientBuilder {
+            fibres: (!self.at_rest).then_some(self.fibres),
+            start: Some(start),
+            wall: self.wall.as_ref(),
+            segments: self.segments.as_ref(),
+            accuracy: ACCURACY,
+            ..Patient::of(&self.body).parameters(self.curve_names())
+        }
     }
 
     /// Size of the unit that the datum of an observable is given in.

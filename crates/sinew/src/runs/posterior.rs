@@ -7,11 +7,11 @@ use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
-use sinew_calibrate::Identified;
+use sinew_calibrate::{CalibrateError, Identified};
 use sinew_emulate::{Counter, Emulated, Observer, RunsEmulator, at_share};
 use sinew_energy::Unit;
 use sinew_sample::{
-    ArvizDict, Chains, Laplace, LogDensity, NutsOptions, Summary, nuts_from, standard_normals,
+    ArvizDict, Chains, Laplace, LogDensity, NutsOptions, nuts_from, standard_normals,
 };
 use statrs::distribution::{Continuous, ContinuousCDF, Normal};
 use std::f64::consts::TAU;
@@ -50,23 +50,6 @@ pub struct Measured {
     pub sd: f64,
 }
 
-/// The reason why there is no posterior, in words.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum RunsPosteriorError {
-    /// Data or settings to be corrected.
-    #[error("{0}")]
-    Input(String),
-    /// Chains that disagree, or that cannot begin.
-    #[error("{0}")]
-    Chains(String),
-}
-
-impl From<String> for RunsPosteriorError {
-    fn from(reason: String) -> Self {
-        Self::Input(reason)
-    }
-}
-
 /// Draws of parameters given measured values. The prior is uniform over the ranges of the runs, over their logarithm for
 /// parameters that are spread over it. The variances of measurement and emulator are added. No solver confirms it.
 ///
@@ -90,7 +73,7 @@ pub struct RunsPosterior {
     /// Parameters by chain and draw.
     pub draws: Chains,
     /// Outputs of the data by chain and draw, each before its standard deviation by the emulator.
-    outputs: Vec<Vec<Vec<f64>>>,
+    outputs: Chains,
     /// Parameters in coordinates whose prior is standard normal.
     coordinates: Chains,
     /// Reasons for mistrust.
@@ -113,40 +96,34 @@ impl RunsPosterior {
         data: &[Measured],
         options: &NutsOptions,
         observer: &mut dyn Observer,
-    ) -> Result<Self, RunsPosteriorError> {
+    ) -> Result<Self, CalibrateError> {
         if !DRAWS.contains(&options.draws) {
-            return Err(format!("{} draws a chain; give {DRAWS:?}", options.draws).into());
+            let few = format!("{} draws a chain; give {DRAWS:?}", options.draws);
+            return Err(CalibrateError::Input(few));
         }
-        let target = Target::new(emulator, data)?;
+        let target = Target::new(emulator, data).map_err(CalibrateError::Input)?;
         let modes = target.modes(options.seed);
-        let chains = RunsPosteriorError::Chains;
+        let chains = CalibrateError::NoPosterior;
         let nowhere = "the density is not finite anywhere in the prior";
         let (best, precision) = modes.first().ok_or_else(|| chains(nowhere.into()))?;
-        let mut warnings = target.judge(best)?;
-        let failed = |error: sinew_sample::SampleError| chains(error.to_string());
-        let about = Laplace::from_precision(best, precision.clone()).map_err(failed)?;
+        let mut warnings = target.judge(best).map_err(CalibrateError::Input)?;
+        let about = Laplace::from_precision(best, precision.clone())?;
         let starts: Vec<_> = modes.iter().map(|(y, _)| y.clone()).collect();
         let options = NutsOptions { chains: options.chains.max(starts.len()), ..*options };
         let steps = options.chains * (options.warmup + options.draws);
         let counter = Mutex::new(Counter::new(observer, "draw the posterior", 0, steps));
         let told = || counter.lock().unwrap_or_else(PoisonError::into_inner).step(1, "");
-        let drawn = nuts_from(&target, &about, &starts, &options, &told);
-        let coordinates = drawn.map_err(failed)?;
+        let coordinates = nuts_from(&target, &about, &starts, &options, &told)?;
         counter.into_inner().unwrap_or_else(PoisonError::into_inner).finish("done");
         target.agree(&coordinates, &starts).map_err(chains)?;
         warnings.extend(target.ends(&coordinates));
-        let each = |of: &dyn Fn(&[f64]) -> Vec<f64>| -> Vec<Vec<Vec<f64>>> {
-            let chain = |chain: &Vec<Vec<f64>>| chain.iter().map(|y| of(y)).collect();
-            coordinates.draws.iter().map(chain).collect()
-        };
         let values =
             |y: &[f64]| target.at(y).iter().flat_map(|of| [of.value, of.deviation]).collect();
-        let draws = Chains { draws: each(&|y| target.theta(y)) };
         let left = emulator.left_out();
         Ok(Self {
             errors: target.at(best).iter().map(|of| of.deviation).collect(),
-            outputs: each(&values),
-            draws,
+            outputs: coordinates.mapped(values),
+            draws: coordinates.mapped(|y| target.theta(y)),
             warnings,
             data: data.to_vec(),
             units: target.places.iter().map(|&place| left[place].unit.as_str().into()).collect(),
@@ -168,17 +145,15 @@ impl RunsPosterior {
             });
         }
         for (place, (datum, unit)) in self.data.iter().zip(&self.units).enumerate() {
-            let found = Summary::of(&self.output(place));
+            let found = self.outputs.summary(2 * place);
             let sd = found.deviation.hypot(self.errors[place]);
             let [mean, sd] = [found.mean, sd].map(|value| digits(value, 3));
             let [value, own] = [datum.value, datum.sd].map(|value| digits(value, 3));
             let (name, unit) = (&datum.output, unit.suffix());
             lines.push(format!("{name}: measured {value} ± {own}{unit}, emulated {mean} ± {sd}"));
         }
-        let all = (0..self.heads.len()).map(|place| self.coordinates.summary(place));
-        let [r_hat, ess] = all.fold([1.0, f64::INFINITY], |[r_hat, ess]: [f64; 2], of| {
-            [r_hat.max(of.r_hat), ess.min(of.ess_bulk).min(of.ess_tail)]
-        });
+        let [r_hat, bulk, tail] = self.coordinates.mixing();
+        let ess = bulk.min(tail);
         lines.push(format!("R̂ {r_hat:.3}, {ess:.0} effective draws; no solver has confirmed it"));
         lines
     }
@@ -197,7 +172,7 @@ impl RunsPosterior {
             .fold(ArvizDict::default(), |dict, (head, draws)| dict.with("posterior", &head, draws));
         for (place, (datum, unit)) in self.data.iter().zip(&self.units).enumerate() {
             let head = unit.head(&datum.output);
-            dict = dict.with("posterior", &head, self.output(place));
+            dict = dict.with("posterior", &head, self.outputs.parameter(2 * place));
             dict = dict.with_observed(&head, datum.value);
         }
         let labels = self.data.iter().zip(&self.units).map(|(d, unit)| unit.head(&d.output));
@@ -208,13 +183,8 @@ impl RunsPosterior {
         let draw = |outputs: &Vec<f64>| -> Vec<f64> {
             self.data.iter().zip(outputs.as_chunks().0).map(one).collect()
         };
-        let chains = self.outputs.iter().map(|chain| chain.iter().map(draw).collect());
+        let chains = self.outputs.draws.iter().map(|chain| chain.iter().map(draw).collect());
         dict.with_log_likelihood(labels.collect(), chains.collect())
-    }
-
-    fn output(&self, place: usize) -> Vec<Vec<f64>> {
-        let chain = |chain: &Vec<Vec<f64>>| chain.iter().map(|draw| draw[2 * place]).collect();
-        self.outputs.iter().map(chain).collect()
     }
 }
 

@@ -1,7 +1,7 @@
 //! A small ideal left ventricle with fibres by a rule, under a pressure and a tension.
 #![allow(dead_code, reason = "each program uses a part")]
 
-use sinew_calibrate::{Segments, WallCoordinates};
+use sinew_calibrate::{Direction, Observable, PatientBuilder, Segments, WallCoordinates};
 use sinew_energy::laws::{ActiveTension, HolzapfelOgden};
 use sinew_energy::{Body, Law, Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
@@ -68,4 +68,16 @@ pub(crate) fn wall(mesh: &TetMesh) -> WallCoordinates {
 
 pub(crate) fn segments(wall: &WallCoordinates) -> Segments {
     wall.aha17().expect("cells in each segment")
+}
+
+/// Strains of all segments, in their order.
+pub(crate) trait ObserveStrains {
+    fn observe_strains(self, all: &Segments, direction: Direction, from: &str, to: &str) -> Self;
+}
+
+impl ObserveStrains for PatientBuilder<'_> {
+    fn observe_strains(self, all: &Segments, direction: Direction, from: &str, to: &str) -> Self {
+        let strain = |name: &String| Observable::strain(name.as_str(), direction, from, to);
+        all.names().iter().map(strain).fold(self, Self::observe)
+    }
 }

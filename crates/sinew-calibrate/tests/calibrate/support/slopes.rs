@@ -43,9 +43,7 @@ pub(crate) fn check_rows(
             worst = worst.max(error / scale.max(f64::MIN_POSITIVE));
             assert!(
                 error <= DIFFERENCE * scale,
-                "{name}: {} by {}: {} against {difference}",
-                patient.seen()[row],
-                patient.parameter_names()[index],
+                "{name}: observable {row} by parameter {index}: {} against {difference}",
                 slopes[index]
             );
         }

@@ -1,8 +1,8 @@
 //! Tensors as numbers of a formula.
 
 use super::comparison::device;
+use crate::lanes::Lanes;
 use burn::tensor::{DType, Tensor, TensorData};
-use sinew_gnn::fused::Lanes;
 use sinew_num::{Jet, Scalar};
 
 /// Uses every operation of a number.

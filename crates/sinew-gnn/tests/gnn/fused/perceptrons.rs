@@ -19,7 +19,7 @@ struct Gathered {
 
 impl Gathered {
     fn edges(topology: &EdgeTopology) -> Self {
-        let (edges, nodes) = (topology.senders().len(), topology.nodes());
+        let (edges, nodes) = (topology.senders.len(), topology.nodes);
         Self { plan: GatherPlan::edges(topology), rows: vec![edges, nodes, nodes] }
     }
 
@@ -80,12 +80,11 @@ fn assemble(
     let layers = std::array::from_fn(|k| (p[2 * k].clone(), vector(2 * k + 1)));
     let weights = PerceptronWeights { activation, layers, normalisation };
     let input = |(k, values): (usize, &Tensor<2>)| match k > 0 && k + 1 == sources.len() {
-        true => Input::Product(values.clone()),
+        true => Input { values: values.clone(), first_row: None },
         // In another order than that of the inputs.
-        false => Input::Features {
-            values: values.clone(),
-            first_row: (sources.len() - 1 - k) * FEATURES,
-        },
+        false => {
+            Input { values: values.clone(), first_row: Some((sources.len() - 1 - k) * FEATURES) }
+        }
     };
     (sources.iter().enumerate().map(input).collect(), weights)
 }
@@ -168,8 +167,8 @@ fn an_outer_plan_pairs_every_row() {
     let inner = Tensor::from_floats([[1.0], [2.0], [3.0]], &device);
     let outer = Tensor::from_floats([[10.0], [20.0]], &device);
     let sources = vec![
-        Input::Features { values: inner, first_row: 0 },
-        Input::Features { values: outer, first_row: 1 },
+        Input { values: inner, first_row: Some(0) },
+        Input { values: outer, first_row: Some(1) },
     ];
     let pairs = gathered_mlp(sources, &GatherPlan::outer(2, 3), weights);
     assert_eq!(
@@ -210,7 +209,7 @@ fn perceptrons_of_whole_numbers_are_exact() {
             let layers = std::array::from_fn(|k| (x[2 * k + 1].clone(), vector(2 * k + 2)));
             let weights =
                 PerceptronWeights { activation: Activation::Celu, layers, normalisation: None };
-            (vec![Input::Features { values: x[0].clone(), first_row: 0 }], weights)
+            (vec![Input { values: x[0].clone(), first_row: Some(0) }], weights)
         };
         let found = |x: &[Tensor<2>]| {
             let (input, weights) = parts(x);

@@ -7,7 +7,7 @@ use crate::gp::row::{Covered, Run};
 use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sinew_gp::{Derivative, Domain, FitOptions, Noise, SemiLinear, Solution, SquaredExponential};
+use sinew_gp::{Derivative, Domain, FitOptions, Noise, SemiLinear, Solution, squared_exponential};
 use std::time::Instant;
 
 /// Steps of linearisation at most.
@@ -111,7 +111,7 @@ impl Front {
     fn run(&self, task: &Task) -> Result<Run> {
         let setting = &self.inference.setting;
         let observed = (self.inference.observe)(setting, task)?;
-        let (data, kernel) = (observed.data(), SquaredExponential::new());
+        let (data, kernel) = (observed.data(), squared_exponential());
         let options = FitOptions {
             restarts: self.inference.restarts,
             seed: task.seed_for(Purpose::Starts),

@@ -8,7 +8,7 @@ use crate::gp::inference::{Approach, Inference, Observed};
 use crate::gp::problems::{self, Setting};
 use crate::gp::row::{Method, Run};
 use anyhow::Result;
-use sinew_gp::{Conditional, Data, Evidence, GpError, Model, Noise, Prior, SquaredExponential};
+use sinew_gp::{Conditional, Data, Evidence, GpError, Model, Noise, Prior, squared_exponential};
 use sinew_report::{Chart, Figure, Panel, Series, Style};
 use std::sync::Arc;
 use std::time::Instant;
@@ -65,7 +65,7 @@ fn prior_samples(setting: &Setting<1>, task: &Task) -> Result<Figure, GpError> {
     let points = setting.problem.domain().grid(81);
     // One value known to be anything leaves the prior as it is.
     let data = Data::new().values(&points[..1], &[0.0], Noise::Known(1e6));
-    let prior = Prior::constrained(&setting.problem, &SquaredExponential::new())?;
+    let prior = Prior::constrained(&setting.problem, &squared_exponential())?;
     let model = Arc::new(Model::new(prior, data, Evidence::Joint)?);
     let middle = |parameter: &sinew_gp::FreeParameter| {
         let [low, high] = parameter.start.map(|end| parameter.to_scale(end));

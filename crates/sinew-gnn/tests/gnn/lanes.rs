@@ -9,24 +9,9 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 ///
 /// Lanes of size one along an axis are repeated as needed, so `[samples, 1]` parameters meet
 /// `[1, elements]` or `[samples, elements]` strains. Differentiable like any tensor; it is the
-/// oracle of energies computed outside of Burn ([`crate::fused::fused_potential`]).
-///
-/// ```
-/// use burn::tensor::{Device, Tensor};
-/// use sinew_gnn::fused::Lanes;
-/// use sinew_num::Scalar;
-///
-/// fn energy<S: Scalar>(stretch: S) -> S {
-///     (stretch.clone() * stretch.clone() - 1.0) * 0.5 - stretch.ln()
-/// }
-///
-/// let stretch = Tensor::<1>::from_floats([1.0, 2.0], &Device::flex().autodiff()).require_grad();
-/// let total = energy(Lanes(stretch.clone())).0.sum();
-/// let slope = stretch.grad(&total.backward()).unwrap();
-/// assert_eq!(slope.into_data().try_to_vec::<f32>().unwrap(), [0.0, 1.5]); // s − 1/s
-/// ```
+/// oracle of energies computed outside of Burn.
 #[derive(Clone, Debug)]
-pub struct Lanes<const D: usize>(pub Tensor<D>);
+pub(crate) struct Lanes<const D: usize>(pub Tensor<D>);
 
 /// Beyond this distance from zero `eˣ − 1` loses no digits.
 const EXP_M1_CANCELS: f64 = 1.0;
