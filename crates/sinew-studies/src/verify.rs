@@ -24,6 +24,7 @@ mod program;
 pub mod reference;
 mod report;
 pub mod run;
+mod solids;
 mod solve;
 mod table;
 

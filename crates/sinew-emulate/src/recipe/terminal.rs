@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 /// integration) prints a line every ten seconds, and one when the stage ends. A standard error that nobody reads is no error.
 #[derive(Debug, Default)]
 pub struct Terminal {
-    /// Where it is set, the run ends at its next sign of progress.
+    /// Request to end the run at its next sign of progress.
     pub stop: Arc<AtomicBool>,
     bar: Option<(String, ProgressBar)>,
     /// The stage, and when it began or last printed a line.

@@ -1,10 +1,10 @@
 //! The solver against ground truth: closed forms, FEniCS, manufactured solutions, hard cases.
 
-#[path = "../../../sinew-mesh/tests/mesh/distort.rs"]
+#[path = "../../../../fixtures/solids/distort.rs"]
 mod distort;
-#[path = "../../../sinew-mesh/tests/mesh/membrane.rs"]
+#[path = "../../../../fixtures/solids/membrane.rs"]
 mod membrane;
-#[path = "../../../sinew-mesh/tests/mesh/shells.rs"]
+#[path = "../../../../fixtures/solids/shells.rs"]
 mod shells;
 #[path = "../../../../fixtures/organ/ventricles.rs"]
 mod ventricles;

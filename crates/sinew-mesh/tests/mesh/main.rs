@@ -1,5 +1,11 @@
 //! Cells, generators, readers, writers and selections; damaged files.
 
+#[path = "../../../../fixtures/solids/distort.rs"]
+mod distort;
+#[path = "../../../../fixtures/solids/membrane.rs"]
+mod membrane;
+#[path = "../../../../fixtures/solids/shells.rs"]
+mod shells;
 #[path = "../../../../fixtures/organ/ventricles.rs"]
 mod ventricles;
 
@@ -10,13 +16,11 @@ mod carp;
 mod cells;
 mod chambers;
 mod damage;
-mod distort;
 mod fixtures;
 mod grids;
 mod implicit;
 mod left_out;
 mod legacy;
-mod membrane;
 mod middle_nodes;
 mod mixed;
 mod modes;
@@ -28,7 +32,6 @@ mod refusals;
 mod regions;
 mod round_trip;
 mod selection;
-mod shells;
 mod surfaces;
 mod unread;
 mod writers;

@@ -1,12 +1,5 @@
 //! The benchmarks, one file each.
 
-#[path = "../../../sinew-mesh/tests/mesh/distort.rs"]
-mod distort;
-#[path = "../../../sinew-mesh/tests/mesh/membrane.rs"]
-mod membrane;
-#[path = "../../../sinew-mesh/tests/mesh/shells.rs"]
-mod shells;
-
 mod beam;
 mod beam_fixture;
 mod boxes;

@@ -1,6 +1,6 @@
 //! Quick runs of the studies: the same code as the full ones, on small meshes with few steps; the benchmarks' references against each other.
 
-#[path = "../../../sinew-mesh/tests/mesh/distort.rs"]
+#[path = "../../../../fixtures/solids/distort.rs"]
 mod distort;
 
 mod beams;

@@ -2,7 +2,7 @@
 
 #[path = "../../../sinew-mesh/tests/mesh/damage.rs"]
 mod damage;
-#[path = "../../../sinew-mesh/tests/mesh/shells.rs"]
+#[path = "../../../../fixtures/solids/shells.rs"]
 mod shells;
 
 mod answers;

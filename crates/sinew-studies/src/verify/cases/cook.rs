@@ -1,8 +1,8 @@
 //! Cook's membrane at finite strain.
 
-use super::membrane::cook_membrane;
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::verify::reference::published;
+use crate::verify::solids::membrane::cook_membrane;
 use crate::verify::solve::{displaced, mixed, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookeanShape;

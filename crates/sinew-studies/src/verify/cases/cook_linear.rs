@@ -1,9 +1,9 @@
 //! Cook's membrane, linear elastic.
 
 use super::cook::{Ladder, climb};
-use super::membrane::cook_membrane;
 use crate::verify::case::{Band, Case, Effort, Formulation, Rows};
 use crate::verify::reference::published;
+use crate::verify::solids::membrane::cook_membrane;
 use anyhow::Result;
 use sinew_energy::laws::{LinearElastic, lame_from_young_poisson};
 

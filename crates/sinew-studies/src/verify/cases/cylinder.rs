@@ -2,9 +2,9 @@
 
 use super::boxes::boxes;
 use super::radial::{RADII, inflation, rollers, surfaces};
-use super::shells::cylinder_quarter;
 use crate::verify::case::{Band, Case, Effort, Rows};
 use crate::verify::reference::ThickCylinder;
+use crate::verify::solids::shells::cylinder_quarter;
 use crate::verify::solve::{mixed, scene};
 use anyhow::Result;
 use sinew_energy::Support;

@@ -1,7 +1,7 @@
 //! Shared parts of the homogeneous benchmarks: laws with their independent references, and stresses from reactions.
 
-use super::distort::Distort as _;
 use crate::verify::reference::Fung;
+use crate::verify::solids::distort::Distort as _;
 use crate::verify::solve::scene;
 use sinew_energy::laws::{
     Compressible, Guccione, HolzapfelOgden, HolzapfelOgden2009, HolzapfelOgdenCompressible,

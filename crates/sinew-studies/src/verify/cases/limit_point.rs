@@ -1,9 +1,9 @@
 //! The largest pressure that a thick sphere bears.
 
 use super::radial::{OCTANT, RADII, inflation, octant, rollers};
-use super::shells::sphere_octant;
 use crate::verify::case::{Band, Case, Cost, Effort, Formulation, Label, Rows};
 use crate::verify::reference::{LimitPoint, ThickSphere};
+use crate::verify::solids::shells::sphere_octant;
 use crate::verify::solve::scene;
 use anyhow::{Context, Result};
 use sinew_energy::laws::NeoHookean;

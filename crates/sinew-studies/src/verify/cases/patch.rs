@@ -1,7 +1,7 @@
 //! Patch tests on distorted meshes.
 
-use super::distort::Distort as _;
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
+use crate::verify::solids::distort::Distort as _;
 use crate::verify::solve::{BOUNDARY, equilibrium, lower, mixed, scene, with_boundary};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;

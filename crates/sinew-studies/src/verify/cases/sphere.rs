@@ -1,9 +1,9 @@
 //! Thick incompressible sphere under internal pressure.
 
 use super::radial::{OCTANT, RADII, inflation, octant, rollers, surfaces};
-use super::shells::sphere_octant;
 use crate::verify::case::{Band, Case, Effort, Rows};
 use crate::verify::reference::ThickSphere;
+use crate::verify::solids::shells::sphere_octant;
 use crate::verify::solve::{mixed, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;

@@ -1,9 +1,9 @@
 //! Thick sphere from compressible to nearly incompressible.
 
 use super::radial::{OCTANT, RADII, inflation, octant, outward, rollers};
-use super::shells::sphere_octant;
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::verify::reference::CompressibleSphere;
+use crate::verify::solids::shells::sphere_octant;
 use crate::verify::solve::{displaced, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
