@@ -48,7 +48,7 @@ enum Command {
     Evaluate(evaluate::Evaluate),
     /// Write the last evaluation as a page.
     Report(evaluate::Report),
-    /// Write the emulator as a page for a browser, or the weights of a network as arrays.
+    /// Write the body as mesh, arrays and numbers for other programs, or the emulator as a page for a browser.
     Export(export::Export),
     /// Answer samplers and other programs over HTTP, by UM-Bridge.
     Serve(serve::Serve),

@@ -1,16 +1,17 @@
-//! An emulator for other programs.
+//! A body for other programs.
 
-use super::{CaseArguments, chosen, refuse, tell_doubtful, trained, warn, write};
 #[cfg(feature = "networks")]
-use anyhow::Context;
-use anyhow::Result;
+use super::refuse;
+use super::{CaseArguments, chosen, tell_doubtful, trained, warn, write};
+use anyhow::{Context, Result};
 use clap::Args;
+use serde_json::json;
 use sinew::case::{RecipeName, Training};
-use sinew::{Body, Case, Emulator, TrainingOptions};
+use sinew::{Body, Case, Emulator, Sampling, TrainingOptions, npz};
 use sinew_emulate::Terminal;
 use std::path::Path;
 
-/// Emulator.
+/// Body.
 #[derive(Debug, Args)]
 #[command(after_help = include_str!("help/export.txt"))]
 pub(crate) struct Export {
@@ -41,7 +42,18 @@ impl Export {
         if self.weights {
             return self.weights(&case, &folder);
         }
-        refuse("name what to write: --page, or --weights of a network".into())
+        let folder = folder.join("export");
+        std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+        body.mesh.write_vtu(folder.join("body.vtu"))?;
+        arrays(&body, &folder.join("body.npz")).context("body.npz cannot be written")?;
+        write(&folder.join("body.json"), serde_json::to_string_pretty(&description(&body))?)?;
+        println!("written: {}", folder.display());
+        for part in left_out(&body) {
+            eprintln!(
+                "warning: {part} of this body are not in the arrays; another program must add them"
+            );
+        }
+        Ok(())
     }
 
     #[cfg(feature = "networks")]
@@ -56,7 +68,7 @@ impl Export {
         let arrays =
             weights.iter().map(|(name, shape, values)| (&name[..], &shape[..], &values[..]));
         let file = folder.join(format!("{name}.npz"));
-        sinew::npz::write(&file, &arrays.collect::<Vec<_>>(), &[])
+        npz::write(&file, &arrays.collect::<Vec<_>>(), &[])
             .with_context(|| file.display().to_string())?;
         println!("written: {}, {} arrays", file.display(), weights.len());
         Ok(())
@@ -99,4 +111,60 @@ fn regression<'b>(case: &Case, body: &'b Body, folder: &Path) -> Result<Emulator
         ..training.options()
     };
     Ok(training.train(body, &options, &mut Terminal::default())?)
+}
+
+/// Parts of a body that its arrays do not hold.
+fn left_out(body: &Body) -> Vec<&'static str> {
+    let parts = [
+        ("pressures", !body.pressures.is_empty()),
+        ("elastic supports", !body.springs.is_empty()),
+        ("averaged volume ratios", !body.patches.is_empty()),
+        ("supports along other directions than the axes", !body.frames.is_empty()),
+    ];
+    parts.into_iter().filter(|(_, has)| *has).map(|(part, _)| part).collect()
+}
+
+fn arrays(body: &Body, path: &Path) -> std::io::Result<()> {
+    let (points, each) = (body.volumes.len(), body.nodes_per_cell);
+    let cells: Vec<f64> = body.cells.iter().map(|&node| node as f64).collect();
+    let prescribed: Vec<f64> =
+        body.prescribed.iter().map(|value| value.unwrap_or(f64::NAN)).collect();
+    let count = body.material.law().directions;
+    let directions: Vec<f64> = (0..points)
+        .flat_map(|point| body.material.directions(point).as_flattened().to_vec())
+        .collect();
+    let arrays: [npz::Named<'_>; 7] = [
+        ("positions", &[body.nodes, 3], body.positions.as_flattened()),
+        ("cells", &[body.cell_count(), each], &cells),
+        ("shape_gradients", &[points, each, 3], body.shape_gradients.as_flattened()),
+        ("volumes", &[points], &body.volumes),
+        ("nodal_force", &[body.nodes, 3], &body.nodal_force),
+        ("prescribed", &[body.nodes, 3], &prescribed),
+        ("directions", &[directions.len() / (3 * count.max(1)), count, 3], &directions),
+    ];
+    npz::write(path, &arrays, &[])
+}
+
+fn description(body: &Body) -> serde_json::Value {
+    let parameter = |p: &sinew::Parameter| {
+        let sampling = if p.sampling == Sampling::Log { "log" } else { "linear" };
+        json!({ "name": p.name, "unit": p.unit.of_scene(&body.units), "range": p.range, "sampling": sampling })
+    };
+    let probe: Vec<f64> = (0..3 * body.nodes).map(|i| 1e-4 * (i as f64).sin()).collect();
+    let theta = body.centre();
+    let mut force = vec![0.0; probe.len()];
+    let energy = body.value_and_gradient(&probe, &theta, &mut force);
+    let norm = force.iter().map(|f| f * f).sum::<f64>().sqrt();
+    json!({
+        "name": body.name,
+        "units": { "length": body.units.length, "stress": body.units.stress },
+        "law": body.material.law().name,
+        "known": body.known.iter().cloned().collect::<std::collections::BTreeMap<_, _>>(),
+        "parameters": body.parameters.iter().map(parameter).collect::<Vec<_>>(),
+        "nodes": body.nodes, "cells": body.cell_count(), "nodes_per_cell": body.nodes_per_cell,
+        "points_per_cell": body.points_per_cell, "unknowns": body.free_degrees_of_freedom().len(),
+        "left_out": left_out(body),
+        "cavities": body.cavities.iter().map(|c| &c.name).collect::<Vec<_>>(),
+        "check": { "displacement": "1e-4 sin(i), i = 3 node + component", "theta": theta, "energy": energy, "force_norm": norm },
+    })
 }
