@@ -5,24 +5,26 @@ use crate::steps::Steps;
 use crate::{arrows, circles, licences, readme, walks, wheel, words};
 use anyhow::{Context, Result};
 use cargo_metadata::MetadataCommand;
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-/// Variable that names rustdoc to this program, which cargo then calls in its place.
-pub(crate) const RUSTDOC: &str = "XTASK_RUSTDOC";
+/// Variable by which cargo calls this program in the place of clippy and rustdoc ([`stand_in`]).
+pub(crate) const STANDS_IN: &str = "XTASK_STANDS_IN";
 
 /// Time in which cargo finds that the tests are built.
 const HEAD_START: Duration = Duration::from_secs(20);
-/// Our crates but those that need networks.
-const LIGHT: [&str; 6] = [
+/// Our crates but those that need networks; a test among the targets chooses the features that tests have.
+const LIGHT: [&str; 8] = [
     "--workspace",
     "--exclude",
     "sinew-studies",
     "--exclude",
     "sinew-tests",
     "--no-default-features",
+    "--test",
+    "report",
 ];
 
 /// Format, dependency arrows, circles of imports, walks, words, READMEs, licences, tests, examples and benchmarks with lints, documentation and its examples,
@@ -47,11 +49,14 @@ fn all(steps: &mut Steps) -> Result<()> {
         readme::check()?;
         licences::check()
     })?;
-    // Our crates are compiled by clippy, so that lints cost no build of their own.
-    let driver = Path::new(env!("CARGO")).with_file_name("clippy-driver");
-    let driver = driver.to_str().context("a path of cargo that is text")?;
-    let linted =
-        [("RUSTC_WORKSPACE_WRAPPER", driver), ("CLIPPY_ARGS", "-Dwarnings__CLIPPY_HACKERY__")];
+    let own = std::env::current_exe()?;
+    let own = own.to_str().context("a path of this program that is text")?;
+    let linted = [
+        ("RUSTC_WORKSPACE_WRAPPER", own),
+        ("RUSTDOC", own),
+        (STANDS_IN, "1"),
+        ("CLIPPY_ARGS", "-Dwarnings__CLIPPY_HACKERY__"),
+    ];
     let test = |more: &[&str]| cargo(&[&["test", "--workspace"], more].concat(), &linted);
     std::thread::scope(|scope| {
         // Packages arrive while cargo compiles.
@@ -65,7 +70,8 @@ fn all(steps: &mut Steps) -> Result<()> {
                 let documented = scope.spawn(|| {
                     // One cargo at a time uses a folder: the one that finds the tests built is to come first.
                     std::thread::sleep(HEAD_START);
-                    document(&linted)
+                    cargo_aside(&["test", "--workspace", "--doc"], &linted)?;
+                    cargo_aside(&wheel::LIBRARY, &linted)
                 });
                 let tested = test(&["--tests", "--no-fail-fast"]);
                 let documented = documented.join().expect("documentation ends with a result");
@@ -86,37 +92,57 @@ fn all(steps: &mut Steps) -> Result<()> {
     })
 }
 
-/// Documentation of the libraries, without warnings, and its examples.
-///
-/// `cargo doc` would check every dependency first. Where examples are tested, rustdoc is given the compiled ones: it is called for
-/// both ([`documented`]).
-fn document(linted: &[(&str, &str)]) -> Result<()> {
-    let own = std::env::current_exe()?;
-    let own = own.to_str().context("a path of this program that is text")?;
-    let rustdoc = Path::new(env!("CARGO")).with_file_name("rustdoc");
-    let rustdoc = rustdoc.to_str().context("a path of rustdoc that is text")?;
-    let called = [("RUSTDOC", own), (RUSTDOC, rustdoc)];
-    cargo_aside(&["test", "--workspace", "--doc"], &[linted, &called].concat())
+/// Compiles or documents in the place that cargo gives this program; whether that succeeded.
+pub(crate) fn stand_in() -> Result<bool> {
+    let arguments: Vec<_> = std::env::args_os().skip(1).collect();
+    let compiler = arguments.first().map(Path::new).and_then(Path::file_stem);
+    if compiler.is_some_and(|name| name == "rustc") {
+        compile(arguments)
+    } else {
+        document(&arguments)
+    }
 }
 
-/// Calls rustdoc for the documentation of a library where cargo asks for the tests of its examples, then for these; whether
-/// both succeeded. The variable [`RUSTDOC`] names it.
-pub(crate) fn documented(rustdoc: &OsStr) -> Result<bool> {
-    let arguments: Vec<_> = std::env::args_os().skip(1).collect();
-    let run = |arguments: &[OsString]| {
-        let status = Command::new(rustdoc).args(arguments).status();
-        Ok::<_, anyhow::Error>(status.context("rustdoc could not be started")?.success())
+/// Compiles one of our crates by clippy, so that lints cost no build of their own; examples and benchmarks, which are not run,
+/// without optimisation.
+fn compile(mut arguments: Vec<OsString>) -> Result<bool> {
+    let is_unrun = |argument: &OsString| {
+        let file = Path::new(argument);
+        let mut folders =
+            file.iter().filter(|folder| *folder == "examples" || *folder == "benches");
+        file.extension().is_some_and(|ending| ending == "rs") && folders.next().is_some()
     };
+    if arguments.iter().any(is_unrun) {
+        for argument in &mut arguments {
+            if argument.to_string_lossy().starts_with("opt-level=") {
+                *argument = "opt-level=0".into();
+            }
+        }
+    }
+    call("clippy-driver", &arguments)
+}
+
+/// Tests the examples of a library's documentation, after the documentation itself without warnings: `cargo doc` would check every
+/// dependency again, where here are the compiled ones.
+fn document(arguments: &[OsString]) -> Result<bool> {
     let mut page = Vec::new();
     let mut rest = arguments.iter();
     while let Some(argument) = rest.next() {
         match argument.to_str() {
             Some("--test") => {
-                page.extend(["-D", "warnings", "--out-dir", "target/doc"].map(OsString::from))
+                page.extend(["-D", "warnings", "--out-dir", "target/doc"].map(OsString::from));
             }
             Some("--test-run-directory" | "--test-args") => drop(rest.next()),
             _ => page.push(argument.clone()),
         }
     }
-    Ok((!arguments.iter().any(|it| it == "--test") || run(&page)?) && run(&arguments)?)
+    let is_tested = arguments.iter().any(|argument| argument == "--test");
+    Ok((!is_tested || call("rustdoc", &page)?) && call("rustdoc", arguments)?)
+}
+
+/// Calls a program beside cargo; whether it succeeded.
+fn call(name: &str, arguments: &[OsString]) -> Result<bool> {
+    let program = Path::new(env!("CARGO")).with_file_name(name);
+    let status = Command::new(program).args(arguments).status();
+    Ok(status.with_context(|| format!("{name} could not be started"))?.success())
 }

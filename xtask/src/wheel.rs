@@ -21,6 +21,10 @@ const TESTERS: [&str; 9] =
 /// A sampler of chains on several levels, its client of `sinew serve`, and what it imports without saying so.
 const SAMPLERS: [&str; 4] = ["tinyDA", "umbridge", "ray", "matplotlib<3.11"];
 
+/// Arguments by which cargo compiles the library and the program that the tests use; tests among the targets choose the features that tests have.
+pub(crate) const LIBRARY: [&str; 9] =
+    ["build", "--workspace", "--profile", "test", "--lib", "--bin", "sinew", "--test", "sinew"];
+
 /// Builds the wheel into `target/wheel/dist` and runs the README's program on it in a clean environment.
 pub(crate) fn run(features: Option<&str>) -> Result<()> {
     let (root, folder, python) = place()?;
@@ -68,9 +72,7 @@ pub(crate) fn tested(
 ) -> Result<()> {
     let Some(python) = python else { return other() };
     let (root, folder, _) = place()?;
-    // Tests among the targets choose the features that tests have.
-    let targets = ["--lib", "--bin", "sinew", "--test", "sinew"];
-    cargo(&[&["build", "--workspace", "--profile", "test"], &targets[..]].concat(), variables)?;
+    cargo(&LIBRARY, variables)?;
     let built = folder.parent().context("no target folder")?.join("debug");
     let package = root.join("crates/sinew-python");
     let whole = folder.join("package");
