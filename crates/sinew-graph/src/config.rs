@@ -1,7 +1,10 @@
 //! Configuration of the augmentation of a graph.
 
+use serde::{Deserialize, Serialize};
+
 /// The inputs η and κ of thesis Algorithm 1, and how k-means is run.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct AugmentationConfig {
     /// η: virtual nodes of layer 1, 2, …, strictly decreasing. Empty leaves the mesh graph as it is.
     pub roots_per_layer: Vec<usize>,

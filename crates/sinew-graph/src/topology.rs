@@ -1,6 +1,6 @@
 //! Nodes, edges and clusters of an augmented graph.
 
-use crate::GraphError;
+use crate::{GraphError, kmeans::squared_distances, pool_positions};
 use serde::{Deserialize, Serialize};
 use sinew_num::{ascending, connected_components};
 use std::ops::Range;
@@ -11,9 +11,10 @@ use std::ops::Range;
 /// Node indices run over the mesh nodes, then the roots of layer 1, then those of layer 2, and
 /// so on. Every relation stands for a pair of directed edges and is stored once, with
 /// `sender > receiver` (thesis Eq. 2.22); edges are sorted by sender, then receiver, so those
-/// of the mesh come first. [`crate::augment`] makes valid ones; after reading or changing one call [`Topology::validate`].
+/// of the mesh come first. [`crate::augment`] makes valid ones, deserialising checks;
+/// after changing one by hand call [`Topology::validate`].
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "UncheckedTopology")]
 pub struct Topology {
     /// Nodes of the mesh.
     pub real_nodes: usize,
@@ -46,13 +47,29 @@ impl Topology {
         self.senders.iter().zip(&self.receivers).map(|(&sender, &receiver)| [sender, receiver])
     }
 
-    /// Checks counts, clusters and edges, and that all nodes are connected.
+    /// Mean squared distance of the nodes of each layer but the last from their roots, the
+    /// quantity k-means minimises [squared length unit of the positions].
+    ///
+    /// # Errors
+    /// As for [`pool_positions`].
+    pub fn inertia_per_leaf(&self, positions: &[[f64; 3]]) -> Result<Vec<f64>, GraphError> {
+        let positions = pool_positions(self, positions)?;
+        let inertia = |(layer, clusters): (usize, &Vec<usize>)| {
+            let leaves = &positions[self.layer(layer)];
+            let distances = squared_distances(leaves, self.roots_per_layer[layer], clusters);
+            distances.iter().sum::<f64>() / leaves.len() as f64
+        };
+        Ok(self.clusters.iter().enumerate().map(inertia).collect())
+    }
+
+    /// Checks every promise of this type, among them that all nodes are connected.
     ///
     /// # Errors
     /// The first promise broken.
     pub fn validate(&self) -> Result<(), GraphError> {
         self.validate_clusters()?;
         self.validate_edges()?;
+        self.validate_layers()?;
         let components = connected_components(self.nodes, self.edges());
         let sizes = || components.iter().map(Vec::len);
         let [largest, smallest] = [sizes().max(), sizes().min()].map(Option::unwrap_or_default);
@@ -111,6 +128,48 @@ impl Topology {
         }
         Ok(())
     }
+
+    /// Each node is joined upwards to its root only; the last layer is fully connected.
+    fn validate_layers(&self) -> Result<(), GraphError> {
+        let layers = self.roots_per_layer.len();
+        let layer_of: Vec<usize> =
+            (0..=layers).flat_map(|l| std::iter::repeat_n(l, self.layer(l).len())).collect();
+        let starts: Vec<usize> = (0..=layers).map(|l| self.layer(l).start).collect();
+        let mut upward = vec![0usize; self.nodes];
+        let mut to_root = vec![0usize; self.nodes];
+        let mut within_last = 0usize;
+        for (edge, [sender, receiver]) in self.edges().enumerate() {
+            let (from, to) = (layer_of[sender], layer_of[receiver]);
+            ensure!(
+                from <= to + 1,
+                "edge {edge} joins layer {from} to layer {to}, which do not follow each other"
+            );
+            if from == to + 1 {
+                let root = starts[from] + self.clusters[to][receiver - starts[to]];
+                upward[receiver] += 1;
+                to_root[receiver] += usize::from(root == sender);
+            }
+            within_last += usize::from(to == layers);
+        }
+        if layers == 0 {
+            return Ok(());
+        }
+        for node in 0..starts[layers] {
+            let (found, own) = (upward[node], to_root[node]);
+            ensure!(
+                (found, own) == (1, 1),
+                "node {node} of layer {} is joined to {found} nodes of the layer above, of which {own} is its root: it must be exactly its root",
+                layer_of[node]
+            );
+        }
+        let roots = self.roots_per_layer[layers - 1];
+        let expected = roots * (roots - 1) / 2;
+        ensure!(
+            within_last == expected,
+            "the {roots} roots of the last layer share {within_last} edges, all {expected} are needed"
+        );
+        Ok(())
+    }
 }
 
 fn count(what: &'static str, expected: usize, found: usize) -> Result<(), GraphError> {
@@ -119,4 +178,34 @@ fn count(what: &'static str, expected: usize, found: usize) -> Result<(), GraphE
         "{what}: {expected} expected, {found} found; build the topology with `augment`"
     );
     Ok(())
+}
+
+/// Content of a file before it is checked.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct UncheckedTopology {
+    real_nodes: usize,
+    nodes: usize,
+    senders: Vec<usize>,
+    receivers: Vec<usize>,
+    roots_per_layer: Vec<usize>,
+    clusters: Vec<Vec<usize>>,
+}
+
+impl TryFrom<UncheckedTopology> for Topology {
+    type Error = GraphError;
+
+    fn try_from(read: UncheckedTopology) -> Result<Self, GraphError> {
+        let UncheckedTopology { real_nodes, nodes, senders, receivers, roots_per_layer, clusters } =
+            read;
+        // Before anything is allocated for a number of nodes that only the file claims.
+        ensure!(
+            senders.len() >= nodes.saturating_sub(1),
+            "{} edges cannot connect {nodes} nodes: is the file complete?",
+            senders.len()
+        );
+        let topology = Self { real_nodes, nodes, senders, receivers, roots_per_layer, clusters };
+        topology.validate()?;
+        Ok(topology)
+    }
 }

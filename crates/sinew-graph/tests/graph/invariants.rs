@@ -124,13 +124,8 @@ fn clusters_are_near_the_best_known() {
     let [(positions, mesh_edges), _] = beams();
     let config = AugmentationConfig::for_nodes(390);
     let topology = augment(&positions, &mesh_edges, &config).unwrap();
-    let all = pool_positions(&topology, &positions).unwrap();
-    let squared = |(node, root): (usize, &usize)| -> f64 {
-        let centre = all[topology.layer(1).start + root];
-        (0..3).map(|axis| (positions[node][axis] - centre[axis]).powi(2)).sum()
-    };
-    let inertia: f64 = topology.clusters[0].iter().enumerate().map(squared).sum();
-    assert!(inertia / 390.0 < 3.52, "{inertia}");
+    let inertia = topology.inertia_per_leaf(&positions).unwrap();
+    assert!(inertia[0] < 3.52, "{inertia:?}");
 }
 
 #[test]

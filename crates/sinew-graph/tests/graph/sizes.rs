@@ -30,3 +30,12 @@ fn small_meshes_get_no_virtual_nodes_and_large_ones_fewer_runs() {
     assert_eq!(AugmentationConfig::for_nodes(21_952).runs, 1);
     assert_eq!(AugmentationConfig::for_nodes(usize::MAX).runs, 1);
 }
+
+#[test]
+fn a_case_file_with_a_misspelt_field_is_refused() {
+    let config = AugmentationConfig::for_nodes(390);
+    let text = serde_json::to_string(&config).unwrap();
+    assert_eq!(serde_json::from_str::<AugmentationConfig>(&text).unwrap(), config);
+    let misspelt = text.replace("neighbours", "neighbors");
+    assert!(serde_json::from_str::<AugmentationConfig>(&misspelt).is_err());
+}

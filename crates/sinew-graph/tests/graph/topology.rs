@@ -1,4 +1,4 @@
-//! Promises of a topology are checked, also of one that comes from a file.
+//! Every promise of a topology is checked, also of one that comes from a file.
 
 use sinew_graph::Topology;
 
@@ -53,15 +53,48 @@ fn each_broken_promise_has_its_error() {
         "edge 4 does not follow its predecessor in order: sort the edges, drop repeats"
     );
     assert_eq!(
+        broken(|t| t.clusters[0][1] = 1),
+        "node 1 of layer 0 is joined to 1 nodes of the layer above, of which 0 is its root: it must be exactly its root"
+    );
+    let error = broken(|t| {
+        t.senders.pop();
+        t.receivers.pop();
+    });
+    assert_eq!(error, "the 2 roots of the last layer share 0 edges, all 1 are needed");
+    assert_eq!(
         broken(|t| t.receivers.truncate(3)),
         "receivers: 8 expected, 3 found; build the topology with `augment`"
     );
 }
 
 #[test]
-fn topologies_are_written_and_read() {
+fn layers_must_follow_each_other() {
+    let mut topology = path();
+    topology.nodes = 7;
+    topology.roots_per_layer.push(1);
+    topology.clusters.push(vec![0, 0]);
+    topology.senders.extend([6, 6]);
+    topology.receivers.extend([4, 5]);
+    assert_eq!(topology.validate(), Ok(()));
+    topology.senders.insert(8, 6);
+    topology.receivers.insert(8, 0);
+    assert_eq!(
+        topology.validate().unwrap_err().to_string(),
+        "edge 8 joins layer 2 to layer 0, which do not follow each other"
+    );
+}
+
+#[test]
+fn files_are_checked_when_read() {
     let text = serde_json::to_string(&path()).unwrap();
     assert_eq!(serde_json::from_str::<Topology>(&text).unwrap(), path());
-    let misspelt = text.replace("senders", "sender");
-    assert!(serde_json::from_str::<Topology>(&misspelt).is_err());
+    let turned = text.replace("[0,0,1,1]", "[0,0,1,0]");
+    assert!(serde_json::from_str::<Topology>(&turned).is_err());
+    let nodes = u64::MAX;
+    let empty = format!(
+        r#"{{"real_nodes":{nodes},"nodes":{nodes},"senders":[],"receivers":[],
+           "roots_per_layer":[],"clusters":[]}}"#
+    );
+    let error = serde_json::from_str::<Topology>(&empty).unwrap_err();
+    assert!(error.to_string().contains("0 edges cannot connect"), "{error}");
 }
