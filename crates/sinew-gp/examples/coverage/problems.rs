@@ -29,7 +29,7 @@ impl<const D: usize> Case<D> {
     pub(crate) fn load(&self, x: [f64; D]) -> f64 {
         let operator: &Operator<D> = self.problem.equation();
         let degrees = std::array::from_fn(|d| {
-            operator.terms.iter().map(|term| term.derivative.orders[d]).max().unwrap_or(0)
+            operator.terms().iter().map(|term| term.derivative.orders[d]).max().unwrap_or(0)
         });
         let series = self.solution.at(Series::variables(x, degrees));
         let value = |name: &str| {
@@ -48,9 +48,9 @@ impl<const D: usize> Case<D> {
             let factor = term.function.as_ref().map_or(1.0, |function| function.value(x));
             term.scale * powers.product::<f64>() * factor
         };
-        let sources = operator.sources.iter().map(source);
-        let load: f64 = operator.terms.iter().map(of).chain(sources).sum();
-        let size = operator.terms.iter().map(|term| of(term).abs()).sum::<f64>();
+        let sources = operator.sources().iter().map(source);
+        let load: f64 = operator.terms().iter().map(of).chain(sources).sum();
+        let size = operator.terms().iter().map(|term| of(term).abs()).sum::<f64>();
         // What cancels but for rounding is zero.
         if load.abs() < 1e-12 * size { 0.0 } else { load }
     }

@@ -46,9 +46,8 @@ impl<const D: usize> Fit<D> {
             for (row, at) in group.rows().zip(at).step_by(1 + at.len() / MOST_LEFT_OUT) {
                 own.push((conditional.left_out(row)[0], *at));
             }
-            for summand in &model.prior.equation.terms {
-                let alone = Operator { terms: vec![summand.clone()], sources: Vec::new() };
-                let values = conditional.mean_of(&alone, at)?;
+            for summand in model.prior.equation.terms() {
+                let values = conditional.mean_of(&Operator::of(summand), at)?;
                 term = term.max(root_mean_square(&values));
             }
         }

@@ -22,7 +22,7 @@ impl<const D: usize> Model<D> {
     /// order; infinite where none does.
     fn half_wave(&self, axis: usize, theta: &[f64]) -> f64 {
         let of = |term: &Term<D>| (term.derivative.orders[axis], self.symbol(term, theta));
-        let terms: Vec<(usize, f64)> = self.prior.equation.terms.iter().map(of).collect();
+        let terms: Vec<(usize, f64)> = self.prior.equation.terms().iter().map(of).collect();
         let most = terms.iter().map(|(order, _)| *order).max().unwrap_or(0);
         let lower = terms.iter().filter(|(order, _)| *order < most);
         let highest = || terms.iter().filter(|(order, _)| *order == most);

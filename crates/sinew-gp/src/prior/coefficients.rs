@@ -69,7 +69,7 @@ impl<const D: usize> PointCoefficients<D> {
     ) -> Result<Self> {
         operator.check_orders(&prior.domain)?;
         let (monomials, of_term) = monomials(operator, parameters)?;
-        let (of_term, of_source) = of_term.split_at(operator.terms.len());
+        let (of_term, of_source) = of_term.split_at(operator.terms().len());
         let (count, degrees) = (points.len(), operator.orders());
         let mut mean = vec![vec![0.0; count]; monomials.len()];
         let axes = std::array::from_fn(|d| points.iter().map(|x| prior.seen(*x)[d]).collect());
@@ -90,14 +90,14 @@ impl<const D: usize> PointCoefficients<D> {
                 finite(term.scale * function, what)
             };
             // Known functions are there whatever u is, as a mean of the operator.
-            for (source, monomial) in operator.sources.iter().zip(of_source) {
+            for (source, monomial) in operator.sources().iter().zip(of_source) {
                 mean[*monomial][index] += factor(source, "known function of the operator")?;
             }
             let x = Series::variables(*point, degrees);
             let value = prior.mean.at(x.clone());
             let features = prior.parts.iter().map(|part| part.feature.factor.at(x.clone()));
             let features: Vec<Series> = features.collect();
-            for (term, monomial) in operator.terms.iter().zip(of_term) {
+            for (term, monomial) in operator.terms().iter().zip(of_term) {
                 let alpha = term.derivative.orders;
                 let factor = factor(term, "coefficient of the operator")?;
                 mean[*monomial][index] += finite(factor * value.derivative(&alpha), "prior mean")?;
@@ -161,7 +161,7 @@ pub(crate) fn monomials<const D: usize>(
     parameters: &mut Vec<Parameter>,
 ) -> Result<(Vec<Monomial>, Vec<usize>)> {
     let (mut monomials, mut of_term): (Vec<Monomial>, _) = (Vec::new(), Vec::new());
-    for term in operator.terms.iter().chain(&operator.sources) {
+    for term in operator.terms().iter().chain(operator.sources()) {
         let mut of = |(own, power): &(Parameter, i32)| Ok((register(parameters, own)?, *power));
         let mut monomial: Monomial = term.parameters.iter().map(&mut of).collect::<Result<_>>()?;
         monomial.sort_unstable();

@@ -107,28 +107,32 @@ impl<const D: usize> Term<D> {
 /// let [dx, dt] = Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.0, 1.0])])?.derivatives();
 /// let speed = Parameter::new("speed", [0.1, 10.0])?;
 /// let wave = dt * dt - &speed * (&speed * dx * dx);
-/// assert_eq!(wave.terms.len(), 2);
+/// assert_eq!(wave.terms().len(), 2);
 /// let graded = dt - field(|[x, _]| x * 2.0 + 1.0) * dx * dx;
 /// assert_eq!(graded.order(), 2);
 ///
 /// // A lamp of unknown strength over the middle: u_t − u_xx = s exp(−x²).
 /// let strength = Parameter::new("strength", [0.1, 10.0])?;
 /// let heated = dt - dx * dx - &strength * field(|[x, _]| (-x.squared()).exp());
-/// assert_eq!(heated.sources.len(), 1);
+/// assert_eq!(heated.sources().len(), 1);
 /// # Ok::<(), sinew_gp::GpError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Operator<const D: usize> {
-    /// Summands with u.
-    pub terms: Vec<Term<D>>,
-    /// Known functions: summands without u, each with the identity as its derivative.
-    pub sources: Vec<Term<D>>,
+    terms: Vec<Term<D>>,
+    /// Terms as factors of 1, with the function always there.
+    sources: Vec<Term<D>>,
 }
 
 impl<const D: usize> Operator<D> {
     /// The function itself.
     pub fn identity() -> Self {
         Derivative::identity().into()
+    }
+
+    /// Summands of the operator.
+    pub fn terms(&self) -> &[Term<D>] {
+        &self.terms
     }
 
     /// Highest total order of a derivative in it.
@@ -143,6 +147,11 @@ impl<const D: usize> Operator<D> {
         })
     }
 
+    /// Known functions of the operator: summands without u, each with the identity as its derivative.
+    pub fn sources(&self) -> &[Term<D>] {
+        &self.sources
+    }
+
     /// Refuses derivatives of too high an order.
     pub(crate) fn check_orders(&self, domain: &Domain<D>) -> Result<()> {
         for (order, axis) in self.orders().into_iter().zip(domain.names()) {
@@ -152,6 +161,11 @@ impl<const D: usize> Operator<D> {
             );
         }
         Ok(())
+    }
+
+    /// One summand alone.
+    pub(crate) fn of(term: &Term<D>) -> Self {
+        Self { terms: vec![term.clone()], sources: Vec::new() }
     }
 
     fn map(self, change: impl Fn(Term<D>) -> Term<D>) -> Self {

@@ -85,8 +85,8 @@ fn by_series<const D: usize>(
         sum = sum + factors * latent * (amplitude * amplitude);
     }
     let mut total = 0.0;
-    for left in &operators[0].terms {
-        for right in &operators[1].terms {
+    for left in operators[0].terms() {
+        for right in operators[1].terms() {
             let factor = |term: &sinew_gp::Term<D>, point: [f64; D]| {
                 let powers: i32 = term.parameters.iter().map(|(_, power)| power).sum();
                 term.scale

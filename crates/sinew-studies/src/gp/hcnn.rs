@@ -63,7 +63,7 @@ impl Network {
         let features: Vec<_> =
             features.into_iter().map(|f| (f.factor, !f.axes.is_empty())).collect();
         let mut equation = vec![0.0; 3];
-        for term in &problem.equation().terms {
+        for term in problem.equation().terms() {
             equation[term.derivative.orders[0]] += term.scale;
         }
         let ends = problem.domain().ends()[0];
