@@ -10,23 +10,11 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-/// Variable by which cargo calls this program in the place of clippy and rustdoc ([`stand_in`]).
+/// Variable with the folder of the documentation, where cargo calls this program in the place of clippy and rustdoc ([`stand_in`]).
 pub(crate) const STANDS_IN: &str = "XTASK_STANDS_IN";
 
 /// Time in which cargo finds that the tests are built.
 const HEAD_START: Duration = Duration::from_secs(20);
-/// Our crates but those that need networks; a test among the targets chooses the features that tests have.
-const LIGHT: [&str; 8] = [
-    "--workspace",
-    "--exclude",
-    "sinew-studies",
-    "--exclude",
-    "sinew-tests",
-    "--no-default-features",
-    "--test",
-    "report",
-];
-
 /// Format, dependency arrows, circles of imports, walks, words, READMEs, licences, tests, examples and benchmarks with lints, documentation and its examples,
 /// campaigns, tests of the Python package, a build without networks; then a table of the seconds of each step, which `ci.md` in the target folder keeps.
 /// Everything is compiled in one profile, so that dependencies are compiled once.
@@ -49,20 +37,23 @@ fn all(steps: &mut Steps) -> Result<()> {
         readme::check()?;
         licences::check()
     })?;
+    let pages = MetadataCommand::new().no_deps().exec()?.target_directory.join("doc");
     let own = std::env::current_exe()?;
     let own = own.to_str().context("a path of this program that is text")?;
     let linted = [
         ("RUSTC_WORKSPACE_WRAPPER", own),
         ("RUSTDOC", own),
-        (STANDS_IN, "1"),
+        (STANDS_IN, pages.as_str()),
         ("CLIPPY_ARGS", "-Dwarnings__CLIPPY_HACKERY__"),
     ];
     let test = |more: &[&str]| cargo(&[&["test", "--workspace"], more].concat(), &linted);
     std::thread::scope(|scope| {
         // Packages arrive while cargo compiles.
         let python = scope.spawn(wheel::testers);
+        // As `cargo test` compiles tests; examples are programs, as their users compile them.
         steps.take("build of tests, examples and benchmarks, with lints", || {
-            test(&["--tests", "--examples", "--benches", "--no-run"])
+            let what = ["--tests", "--examples", "--benches"];
+            cargo(&[&["build", "--workspace", "--profile", "test"], &what[..]].concat(), &linted)
         })?;
         // Tests leave a core idle at times.
         steps.take("tests, beside documentation and its examples", || {
@@ -71,6 +62,11 @@ fn all(steps: &mut Steps) -> Result<()> {
                     // One cargo at a time uses a folder: the one that finds the tests built is to come first.
                     std::thread::sleep(HEAD_START);
                     cargo_aside(&["test", "--workspace", "--doc"], &linted)?;
+                    // A program without libraries of ours.
+                    cargo_aside(
+                        &["doc", "-p", "xtask", "--no-deps"],
+                        &[("RUSTDOCFLAGS", "-D warnings")],
+                    )?;
                     cargo_aside(&wheel::LIBRARY, &linted)
                 });
                 let tested = test(&["--tests", "--no-fail-fast"]);
@@ -83,11 +79,10 @@ fn all(steps: &mut Steps) -> Result<()> {
         })?;
         let python = python.join().expect("an installation ends with a result")?;
         steps.take("Python, beside a build without networks", || {
-            wheel::tested(python.as_deref(), &linted, || {
-                let build =
-                    [&["build", "--profile", "test", "--lib", "--bins"], &LIGHT[..]].concat();
-                cargo_aside(&build, &linted)
-            })
+            // The features of the wheel, which no other step has: one core is left.
+            let check =
+                ["check", "-j", "1", "-p", "sinew", "-p", "sinew-python", "--no-default-features"];
+            wheel::tested(python.as_deref(), &linted, || cargo_aside(&check, &linted))
         })
     })
 }
@@ -130,7 +125,8 @@ fn document(arguments: &[OsString]) -> Result<bool> {
     while let Some(argument) = rest.next() {
         match argument.to_str() {
             Some("--test") => {
-                page.extend(["-D", "warnings", "--out-dir", "target/doc"].map(OsString::from));
+                page.extend(["-D", "warnings", "--out-dir"].map(OsString::from));
+                page.extend(std::env::var_os(STANDS_IN));
             }
             Some("--test-run-directory" | "--test-args") => drop(rest.next()),
             _ => page.push(argument.clone()),

@@ -18,7 +18,7 @@ use std::time::Instant;
 #[doc(alias("surrogate", "metamodel", "ROM"))]
 pub struct Emulator<'b> {
     pub(crate) body: &'b Body,
-    /// The way from parameters to displacements; [`Predictor::regression`] if a regression predicts alone.
+    /// Predictor of the displacements; [`Predictor::regression`] is there where a regression predicts alone.
     pub predictor: Box<dyn Predictor + 'b>,
     /// Provenance, and the measures of how far it is to be trusted.
     pub record: Record,
@@ -165,7 +165,7 @@ impl<'b> Emulator<'b> {
         self.predicted(thetas, false)
     }
 
-    /// Predicts, in full with the message passing that a network needs for an unseen geometry. This is less accurate than the
+    /// Predicts; `in_full` with the message passing that a network needs for an unseen geometry. This is less accurate than the
     /// trained node embeddings. Other predictors predict as in [`Emulator::predict`].
     ///
     /// # Errors

@@ -29,7 +29,7 @@
 //!   [`Solver::solve_from`] give a [`Solution`] with its [`History`], or a [`SolveError`] that advises.
 //! - If there are several stable equilibria, [`Solver::solve`] finds one of them in few iterations;
 //!   [`LoadSteps::Always`] finds that of a rising load. [`Solver::under_rising_load`] compares both; [`Solution::jumped`]
-//!   lists samples of a sweep that may be on another branch.
+//!   marks a solution that may be on another branch.
 //! - [`Solver::refine`] solves to a prescribed accuracy by quasi-Newton steps with a neighbour's stiffness. Their contraction bounds the error.
 //! - [`sweep`] solves for many θ on all cores, each from its neighbour; [`resume_sweep`] can be stopped and resumed.
 //! - [`Solution::is_stable`] tells an unstable equilibrium, such as a straight column beyond Euler's load: [`Solver::solve_from`] a nearby displacement finds a stable one.

@@ -23,8 +23,7 @@ fn main() {
         .configure_from_args();
     let data = beam();
     let muon = OptimiserConfig::default;
-    let mut brief = trainer(&data, 8, distance(&data), muon());
-    brief.config.learning_rate = 4e-3;
+    let mut brief = trainer(&data, 8, distance(&data), muon()).with_learning_rate(4e-3);
     for _ in 0..20 {
         brief.step().expect("finite loss");
     }

@@ -36,7 +36,7 @@ fn steps_of(config: &TrainingConfig) -> f64 {
 }
 
 impl TrainingConfig {
-    /// Cost of the training in decoded parameter sets. Stages and recipes share a budget by it.
+    /// Cost of the training in decoded parameter sets; 0 for a budget in seconds. Stages and recipes share a budget by it.
     pub fn cost(&self) -> f64 {
         let step = self.embedding_share * PASS_COST + DECODER_COST + self.batch as f64;
         step * steps_of(self)

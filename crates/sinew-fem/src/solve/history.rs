@@ -76,7 +76,7 @@ fn short(value: f64) -> String {
 pub struct Progress<'a> {
     /// Number of the iteration, from 0, over all load steps.
     pub number: usize,
-    /// Load, residual and step of the iteration. Its step is the fraction of a Newton step that led here; 0 where a load step begins and where the search went back.
+    /// Load, residual and step of the iteration. Its step is the fraction of a Newton step that led here; 0 where a load step begins and where the search went back. Its shift is not yet known, and 0.
     pub iteration: Iteration,
     /// Displacement `[u_x, u_y, u_z]` node by node \[length\].
     pub displacement: &'a [f64],

@@ -17,12 +17,9 @@ const EDGES_PER_TASK: usize = 64;
 /// Built once per graph and shared by every operation on it.
 #[derive(Debug)]
 pub struct EdgeTopology {
-    /// Number of nodes.
-    pub nodes: usize,
-    /// Sending node of every edge.
-    pub senders: Vec<u32>,
-    /// Receiving node of every edge.
-    pub receivers: Vec<u32>,
+    pub(super) nodes: usize,
+    pub(super) senders: Vec<u32>,
+    pub(super) receivers: Vec<u32>,
     received: Vec<Vec<usize>>,
     sent: Vec<Vec<usize>>,
 }
@@ -41,6 +38,11 @@ impl EdgeTopology {
         let (senders, receivers) = (check(senders, nodes)?, check(receivers, nodes)?);
         let (received, sent) = (inverse(&receivers, nodes), inverse(&senders, nodes));
         Ok(Arc::new(Self { nodes, senders, receivers, received, sent }))
+    }
+
+    /// Numbers of nodes and of edges.
+    pub fn size(&self) -> [usize; 2] {
+        [self.nodes, self.senders.len()]
     }
 }
 

@@ -30,8 +30,7 @@ pub struct Trainer {
     pub(super) emulator: GraphNetwork,
     pub(super) optimiser: Optimiser,
     pub(super) sampler: Sampler,
-    /// Settings of the run; another peak of the learning rate may follow a divergence.
-    pub config: TrainingConfig,
+    pub(super) config: TrainingConfig,
     pub(super) progress: RunState,
     pub(super) best: Option<(Best, GraphNetwork)>,
     pub(super) objective: Box<dyn Objective>,
@@ -114,6 +113,12 @@ impl Trainer {
             objective,
             data,
         })
+    }
+
+    /// Another peak of the learning rate, as after a divergence.
+    pub fn with_learning_rate(mut self, learning_rate: f64) -> Self {
+        self.config.learning_rate = learning_rate;
+        self
     }
 
     /// Trains until the budget is spent or the observer breaks.

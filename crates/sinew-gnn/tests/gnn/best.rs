@@ -43,9 +43,7 @@ fn learn(place: &Path, data: &DataSet, encoder: (f64, bool)) {
 /// A training that goes on from a checkpoint with steps of a size that no network bears. Its embeddings come to rest before or after
 /// that.
 fn reckless(place: &Path, data: &DataSet) -> Trainer {
-    let mut trainer = resumed(place, data);
-    trainer.config.learning_rate = 1.0;
-    trainer
+    resumed(place, data).with_learning_rate(1.0)
 }
 
 /// Copies a folder with the folders in it.

@@ -109,6 +109,9 @@ impl Sheet {
 
 impl Wall {
     /// The wall as trilinear hexahedra; the layers follow each other from the inside.
+    ///
+    /// # Panics
+    /// Without layers, and where a quadrilateral names a point that is not there.
     pub fn hexahedra(&self) -> HexMesh {
         let mut mesh = HexMesh { points: self.reference_points(), ..HexMesh::default() };
         let step = self.sheet.points.len();
@@ -123,6 +126,9 @@ impl Wall {
 
     /// The wall as linear tetrahedra: the hexahedra are cut along the shorter diagonals of the inner
     /// surface into two prisms, and each prism into three tetrahedra.
+    ///
+    /// # Panics
+    /// As [`Wall::hexahedra`].
     pub fn tetrahedra(&self) -> TetMesh {
         self.placed(self.named(self.reference_tetrahedra()))
     }
@@ -133,6 +139,12 @@ impl Wall {
     }
 
     fn reference_points(&self) -> Vec<[f64; 3]> {
+        let count = self.sheet.points.len();
+        assert!(self.layers > 0, "a wall has at least one layer");
+        assert!(
+            self.sheet.quads.iter().flatten().all(|&node| node < count),
+            "quadrilaterals name points that are there"
+        );
         let depths = (0..=self.layers).map(|layer| grid_coordinate(layer, self.layers, 1.0));
         depths.flat_map(|t| self.sheet.points.iter().map(move |&at| (self.lift)(at, t))).collect()
     }

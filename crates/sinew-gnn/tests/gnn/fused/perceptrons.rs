@@ -19,7 +19,7 @@ struct Gathered {
 
 impl Gathered {
     fn edges(topology: &EdgeTopology) -> Self {
-        let (edges, nodes) = (topology.senders.len(), topology.nodes);
+        let [nodes, edges] = topology.size();
         Self { plan: GatherPlan::edges(topology), rows: vec![edges, nodes, nodes] }
     }
 
