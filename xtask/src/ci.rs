@@ -16,8 +16,8 @@ pub(crate) const STANDS_IN: &str = "XTASK_STANDS_IN";
 /// Time in which cargo finds that the tests are built.
 const HEAD_START: Duration = Duration::from_secs(20);
 /// Format, dependency arrows, circles of imports, walks, words, READMEs, licences, tests, examples and benchmarks with lints, documentation and its examples,
-/// campaigns, tests of the Python package, a build without networks; then a table of the seconds of each step, which `ci.md` in the target folder keeps.
-/// Everything is compiled in one profile, so that dependencies are compiled once.
+/// campaigns, tests of the Python package beside a check without networks; then a table of the seconds of each step, which `ci.md` in the target folder keeps.
+/// Everything but the last is compiled in one profile, so that dependencies are compiled once.
 /// The wheel, which is a release build of its own, is made by `cargo xtask wheel`.
 pub(crate) fn run() -> Result<()> {
     let mut steps = Steps::default();
@@ -78,7 +78,7 @@ fn all(steps: &mut Steps) -> Result<()> {
             test(&["--tests", "--", "--ignored", "--nocapture", "campaigns"])
         })?;
         let python = python.join().expect("an installation ends with a result")?;
-        steps.take("Python, beside a build without networks", || {
+        steps.take("Python, beside a check without networks", || {
             // The features of the wheel, which no other step has: one core is left.
             let check =
                 ["check", "-j", "1", "-p", "sinew", "-p", "sinew-python", "--no-default-features"];
