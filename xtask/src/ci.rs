@@ -15,6 +15,7 @@ pub(crate) const STANDS_IN: &str = "XTASK_STANDS_IN";
 
 /// Time in which cargo finds that the tests are built.
 const HEAD_START: Duration = Duration::from_secs(20);
+
 /// Format, dependency arrows, circles of imports, walks, words, READMEs, licences, tests, examples and benchmarks with lints, documentation and its examples,
 /// campaigns, tests of the Python package beside a check without networks; then a table of the seconds of each step, which `ci.md` in the target folder keeps.
 /// Everything but the last is compiled in one profile, so that dependencies are compiled once.
@@ -103,9 +104,8 @@ pub(crate) fn stand_in() -> Result<bool> {
 fn compile(mut arguments: Vec<OsString>) -> Result<bool> {
     let is_unrun = |argument: &OsString| {
         let file = Path::new(argument);
-        let mut folders =
-            file.iter().filter(|folder| *folder == "examples" || *folder == "benches");
-        file.extension().is_some_and(|ending| ending == "rs") && folders.next().is_some()
+        file.extension().is_some_and(|ending| ending == "rs")
+            && file.iter().any(|folder| folder == "examples" || folder == "benches")
     };
     if arguments.iter().any(is_unrun) {
         for argument in &mut arguments {

@@ -12,5 +12,6 @@ mod progress;
 mod recipes;
 mod regression;
 mod simulations;
+mod spread;
 mod stored;
 mod to_an_accuracy;

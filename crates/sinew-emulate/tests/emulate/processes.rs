@@ -1,6 +1,6 @@
 //! Closed forms of regressions against their definitions: leave-one-out errors, evidence, standard deviations.
 
-use crate::regression::{parameters, points};
+use crate::spread::{parameters, points};
 use nalgebra::{DMatrix, DVector, RowDVector};
 use sinew_emulate::{
     Design, Interpolation, Output, PodRegression, RegressionParts, RunsEmulator, share_of,
