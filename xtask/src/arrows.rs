@@ -16,8 +16,8 @@ const HEAVY: &[&str] = &["burn", "faer", "kiddo", "kuva", "linfa", "quick-xml"];
 /// Packages that bring a heavy one to the crates that name them: the sampler factorises its mass matrices.
 const THROUGH: [(&str, &str); 1] = [("nuts-rs", "faer")];
 
-/// Crates, and a heavy package that they must do without when their default features are off.
-const OPTIONAL: &[(&str, &str)] = &[("sinew", "burn")];
+/// Crates, and heavy packages that they must do without when their default features are off.
+const OPTIONAL: &[(&str, &str)] = &[("sinew", "burn"), ("sinew", "kiddo"), ("sinew", "linfa")];
 
 /// Names of ours and of heavy packages that a crate depends on directly.
 #[derive(Debug, Default, PartialEq)]

@@ -1,5 +1,6 @@
 //! Crates as they would be published: packed, looked into, and two of them built and tested outside of the repository.
 
+use crate::command::cargo;
 use crate::readme::{self, published};
 use anyhow::{Context, Result, bail, ensure};
 use cargo_metadata::{Metadata, MetadataCommand, Package};
@@ -29,6 +30,8 @@ pub(crate) fn run() -> Result<()> {
         unpack(package, &packages, &trial)?;
     }
     test(&metadata, &trial)?;
+    // With the features of its own dependencies, which the tests' build unites with those of networks.
+    cargo(&["check", "-p", "sinew", "-p", "sinew-python", "--no-default-features"], &[])?;
     crate::licences::check()?;
     platforms()
 }

@@ -41,7 +41,7 @@ pub(crate) fn run(features: Option<&str>) -> Result<()> {
 
 /// Runs the Python tests alone.
 pub(crate) fn test() -> Result<()> {
-    tested(testers()?.as_deref(), &[], || Ok(()))
+    tested(testers()?.as_deref(), &[])
 }
 
 /// A Python with the packages that the tests use; where Python or its packages are missing it says that tests are skipped.
@@ -63,14 +63,9 @@ pub(crate) fn testers() -> Result<Option<PathBuf>> {
     Ok(Some(own))
 }
 
-/// Runs the Python tests on a library and a program in the profile of `cargo test`, of which little is left to compile after it, beside
-/// other work, which may compile the program anew.
-pub(crate) fn tested(
-    python: Option<&Path>,
-    variables: &[(&str, &str)],
-    other: impl FnOnce() -> Result<()> + Send,
-) -> Result<()> {
-    let Some(python) = python else { return other() };
+/// Runs the Python tests on a library and a program in the profile of `cargo test`, of which little is left to compile after it.
+pub(crate) fn tested(python: Option<&Path>, variables: &[(&str, &str)]) -> Result<()> {
+    let Some(python) = python else { return Ok(()) };
     let (root, folder, _) = place()?;
     cargo(&LIBRARY, variables)?;
     let built = folder.parent().context("no target folder")?.join("debug");
@@ -95,11 +90,7 @@ pub(crate) fn tested(
     let mut pytest = Command::new(python);
     pytest.args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "--durations", "5"]);
     pytest.arg(package.join("tests")).env("PYTHONPATH", &whole).env("PYTHONDONTWRITEBYTECODE", "1");
-    std::thread::scope(|scope| {
-        let other = scope.spawn(other);
-        let passed = call(pytest.env("SINEW_PROGRAM", program));
-        passed.and(other.join().expect("other work ends with a result"))
-    })
+    call(pytest.env("SINEW_PROGRAM", program))
 }
 
 /// The workspace, the folder for what is made, and a Python if there is one.

@@ -22,6 +22,7 @@ use std::any::Any;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::fmt::Debug;
+use std::sync::Arc;
 
 /// Whether a tensor of single precision is in the memory of the processor, where fused operations work. A graphics processor
 /// would wait for its tensors to go there and back.
@@ -89,13 +90,55 @@ pub(crate) type Cotangents = Vec<Option<Vec<f32>>>;
 /// A differentiable function of host tensors with one output.
 pub(crate) trait HostOperation: Clone + Debug + Send + Sync + 'static {
     /// Tensors that the backward pass needs.
-    type Saved: Clone + Debug + Send + 'static;
+    type Saved: Clone + Debug + Send + Sync + 'static;
 
     /// The output, and when `tracked` what the backward pass needs.
     fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Self::Saved>);
 
     /// Gradients of the inputs, from that of the output; those not `needed` may be left out.
     fn backward(&self, saved: Self::Saved, cotangent: &[f32], needed: &[bool]) -> Cotangents;
+}
+
+/// Any [`HostOperation`]. Nodes of Burn's graph are compiled once for each number of inputs, and not for each operation again.
+pub(crate) trait AnyOperation {
+    /// The output, and when `tracked` the derivative at these inputs.
+    fn evaluate(
+        &self,
+        inputs: &[HostTensor],
+        tracked: bool,
+    ) -> (HostTensor, Option<Arc<dyn Pullback>>);
+}
+
+impl<O: HostOperation> AnyOperation for O {
+    fn evaluate(
+        &self,
+        inputs: &[HostTensor],
+        tracked: bool,
+    ) -> (HostTensor, Option<Arc<dyn Pullback>>) {
+        let (output, saved) = self.forward(inputs, tracked);
+        let at_inputs =
+            |saved| Arc::new(AtInputs { operation: self.clone(), saved }) as Arc<dyn Pullback>;
+        (output, saved.map(at_inputs))
+    }
+}
+
+/// Transposed derivative of an operation at its inputs.
+pub(crate) trait Pullback: Debug + Send + Sync {
+    /// [`HostOperation::backward`].
+    fn pull(self: Arc<Self>, cotangent: &[f32], needed: &[bool]) -> Cotangents;
+}
+
+#[derive(Clone, Debug)]
+struct AtInputs<O: HostOperation> {
+    operation: O,
+    saved: O::Saved,
+}
+
+impl<O: HostOperation> Pullback for AtInputs<O> {
+    fn pull(self: Arc<Self>, cotangent: &[f32], needed: &[bool]) -> Cotangents {
+        let Self { operation, saved } = Arc::unwrap_or_clone(self);
+        operation.backward(saved, cotangent, needed)
+    }
 }
 
 /// Evaluates `operation` on single-precision `inputs` and records it for differentiation.
@@ -106,26 +149,25 @@ pub(crate) fn apply<O: HostOperation, const D: usize>(
     operation: O,
     inputs: Vec<DispatchTensor>,
 ) -> Tensor<D> {
-    Tensor::from_dispatch(dispatch(operation, inputs))
+    Tensor::from_dispatch(dispatch(&operation, inputs))
 }
 
-fn forward<B: Backend, O: HostOperation, const N: usize>(
+fn forward<B: Backend, const N: usize>(
     inputs: [FloatTensor<B>; N],
-    operation: &O,
+    operation: &dyn AnyOperation,
     tracked: bool,
-) -> (FloatTensor<B>, Option<O::Saved>) {
+) -> (FloatTensor<B>, Option<Arc<dyn Pullback>>) {
     keep_freed_memory();
     let device = inputs[0].device();
     let inputs = inputs.map(HostTensor::read::<B>);
-    let (output, saved) = operation.forward(&inputs, tracked);
-    (output.write::<B>(&device), saved)
+    let (output, pullback) = operation.evaluate(&inputs, tracked);
+    (output.write::<B>(&device), pullback)
 }
 
-/// State of a backward step: the operation's own, and the shapes of the gradients.
+/// State of a backward step, with the shapes of the gradients.
 #[derive(Clone, Debug)]
-struct Kept<O: HostOperation, const N: usize> {
-    operation: O,
-    saved: O::Saved,
+struct Kept<const N: usize> {
+    pullback: Arc<dyn Pullback>,
     shapes: [Shape; N],
 }
 
@@ -149,19 +191,19 @@ fn is_begun(node: NodeId) -> bool {
 }
 
 #[derive(Debug)]
-struct HostBackward<O>(std::marker::PhantomData<fn() -> O>);
+struct HostBackward;
 
-impl<B: Backend, O: HostOperation, const N: usize> Backward<B, N> for HostBackward<O> {
-    type State = Kept<O, N>;
+impl<B: Backend, const N: usize> Backward<B, N> for HostBackward {
+    type State = Kept<N>;
 
     fn backward(self, ops: Ops<Self::State, N>, gradients: &mut Gradients, _: &mut Checkpointer) {
         let cotangent = gradients.consume::<B>(&ops.node);
         BEGUN.with_borrow_mut(|begun| begun.remove(&ops.node.id));
         let device = cotangent.device();
         let cotangent = HostTensor::read::<B>(cotangent);
-        let Kept { operation, saved, shapes } = ops.state;
+        let Kept { pullback, shapes } = ops.state;
         let needed = ops.parents.each_ref().map(Option::is_some);
-        let results = operation.backward(saved, cotangent.values(), &needed);
+        let results = pullback.pull(cotangent.values(), &needed);
         for ((parent, result), shape) in ops.parents.iter().zip(results).zip(shapes) {
             if let (Some(parent), Some(mut values)) = (parent, result) {
                 let is_leaf = parent.parents.is_empty();
@@ -176,25 +218,20 @@ impl<B: Backend, O: HostOperation, const N: usize> Backward<B, N> for HostBackwa
     }
 }
 
-fn differentiable<B: Backend, C: CheckpointStrategy, O: HostOperation, const N: usize>(
+fn differentiable<B: Backend, C: CheckpointStrategy, const N: usize>(
     inputs: [FloatTensor<Autodiff<B, C>>; N],
-    operation: O,
+    operation: &dyn AnyOperation,
 ) -> FloatTensor<Autodiff<B, C>> {
     let nodes = inputs.each_ref().map(|input| input.node());
     let shapes = inputs.each_ref().map(|input| input.shape());
     let primitives = inputs.map(|input| input.into_primitive());
-    match Backward::<B, N>::prepare::<C>(HostBackward::<O>(std::marker::PhantomData), nodes)
-        .compute_bound()
-        .stateful()
-    {
+    match Backward::<B, N>::prepare::<C>(HostBackward, nodes).compute_bound().stateful() {
         OpsKind::Tracked(step) => {
-            let (output, saved) = forward::<B, O, N>(primitives, &operation, true);
-            let saved = saved.expect("a tracked operation saves its state");
-            step.finish(Kept { operation, saved, shapes }, output)
+            let (output, pullback) = forward::<B, N>(primitives, operation, true);
+            let pullback = pullback.expect("a tracked operation saves its state");
+            step.finish(Kept { pullback, shapes }, output)
         }
-        OpsKind::UnTracked(step) => {
-            step.finish(forward::<B, O, N>(primitives, &operation, false).0)
-        }
+        OpsKind::UnTracked(step) => step.finish(forward::<B, N>(primitives, operation, false).0),
     }
 }
 
@@ -205,8 +242,8 @@ macro_rules! operations {
         #[backend_extension(Autodiff, Flex, NdArray: cfg(feature = "ndarray"), Cube: cfg(any(feature = "wgpu", feature = "cuda")))]
         pub(crate) trait HostBackend: Backend {
             $(#[allow(clippy::too_many_arguments)]
-            fn $name<O: HostOperation>($($input: FloatTensor<Self>),+, operation: O) -> FloatTensor<Self> {
-                forward::<Self, O, $count>([$($input),+], &operation, false).0
+            fn $name($($input: FloatTensor<Self>),+, operation: &dyn AnyOperation) -> FloatTensor<Self> {
+                forward::<Self, $count>([$($input),+], operation, false).0
             })+
         }
 
@@ -219,12 +256,12 @@ macro_rules! operations {
         impl HostBackend for burn::backend::Cube {}
 
         impl<B: Backend, C: CheckpointStrategy> HostBackend for Autodiff<B, C> {
-            $(fn $name<O: HostOperation>($($input: FloatTensor<Self>),+, operation: O) -> FloatTensor<Self> {
-                differentiable::<B, C, O, $count>([$($input),+], operation)
+            $(fn $name($($input: FloatTensor<Self>),+, operation: &dyn AnyOperation) -> FloatTensor<Self> {
+                differentiable::<B, C, $count>([$($input),+], operation)
             })+
         }
 
-        fn dispatch<O: HostOperation>(operation: O, inputs: Vec<DispatchTensor>) -> DispatchTensor {
+        fn dispatch(operation: &dyn AnyOperation, inputs: Vec<DispatchTensor>) -> DispatchTensor {
             match inputs.len() {
                 $($count => {
                     let [$($input),+]: [DispatchTensor; $count] =

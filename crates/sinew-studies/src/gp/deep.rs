@@ -74,6 +74,13 @@ fn activate_back(z: &Layer, adjoint: &Layer) -> Layer {
     })
 }
 
+/// Adds a multiple.
+fn add([value, slope, bend]: &mut Jet, factor: f64, jet: &Jet) {
+    *value += factor * jet[0];
+    *slope += factor * jet[1];
+    *bend += factor * jet[2];
+}
+
 /// The network at x.
 pub(crate) fn forward(weights: &[f64], x: f64) -> Trace {
     let input = STRETCH * x - 1.0;
@@ -85,14 +92,14 @@ pub(crate) fn forward(weights: &[f64], x: f64) -> Trace {
         let row = &weights[MATRIX + WIDTH * unit..][..WIDTH];
         let mut sum = [weights[SECOND_BIAS + unit], 0.0, 0.0];
         for (w, jet) in row.iter().zip(&hidden) {
-            (0..3).for_each(|order| sum[order] += w * jet[order]);
+            add(&mut sum, *w, jet);
         }
         sum
     });
     let last = activate(&second);
     let mut output = [weights[WEIGHTS - 1], 0.0, 0.0];
     for (w, jet) in weights[OUTPUT..].iter().zip(&last) {
-        (0..3).for_each(|order| output[order] += w * jet[order]);
+        add(&mut output, *w, jet);
     }
     Trace { input, before: [first, second], after: [hidden, last], output }
 }
@@ -113,7 +120,7 @@ pub(crate) fn backward(weights: &[f64], trace: &Trace, adjoint: Jet, gradient: &
         let start = MATRIX + WIDTH * unit;
         for k in 0..WIDTH {
             gradient[start + k] += dot(own, &hidden[k]);
-            (0..3).for_each(|order| to_hidden[k][order] += weights[start + k] * own[order]);
+            add(&mut to_hidden[k], weights[start + k], own);
         }
     }
     let first = activate_back(&trace.before[0], &to_hidden);

@@ -4,7 +4,7 @@ pub(crate) mod grid;
 
 use crate::beams::recipes::{thesis_network, thesis_training};
 use crate::organs::options::Options;
-use crate::organs::run::train;
+use crate::organs::run::{QUICK, train};
 use crate::program;
 use anyhow::Result;
 use grid::{KEY, OURS, SCENES, SECONDS, THESIS};
@@ -42,7 +42,7 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
         let body = case.body()?;
         eprintln!("\nlearning rates, {scene}");
         let mut outcomes = Vec::new();
-        for (rule, recipe) in rules() {
+        for (rule, recipe) in rules(options) {
             let folder = options.out.join(KEY).join(scene).join(rule.replace(", ", "-"));
             outcomes.push(program::kept(&folder.join("outcome.json"), options.resume, || {
                 outcome(options, &body, &rule, recipe, &folder)
@@ -54,7 +54,7 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
 }
 
 /// Names and recipes.
-fn rules() -> impl Iterator<Item = (String, PhysicsInformed)> {
+fn rules(options: &Options) -> impl Iterator<Item = (String, PhysicsInformed)> {
     let thesis = THESIS.map(|rate| {
         let training = TrainingConfig { learning_rate: rate, ..thesis_training() };
         let coordinates = OutputCoordinates::Components;
@@ -70,7 +70,11 @@ fn rules() -> impl Iterator<Item = (String, PhysicsInformed)> {
         }
         (format!("ours, {rate:.1e}"), recipe)
     });
-    thesis.into_iter().chain(ours)
+    let sets = options.quick.then_some(QUICK[1]);
+    thesis.into_iter().chain(ours).map(move |(rule, recipe)| {
+        let parameter_sets = sets.unwrap_or(recipe.parameter_sets);
+        (rule, PhysicsInformed { parameter_sets, ..recipe })
+    })
 }
 
 fn outcome(

@@ -22,7 +22,7 @@ const OPTIONS: &str = "options.json";
 const MAP: &str = "map.json";
 const REGIONS: &str = "regions.json";
 /// Cases, simulations and steps of a quick check.
-const QUICK: [usize; 3] = [4, 12, 40];
+pub(super) const QUICK: [usize; 3] = [4, 12, 40];
 /// Cells of a stand-in ventricle and of a cube in a quick check.
 const QUICK_CELLS: [usize; 3] = [1, 16, 6];
 /// Edges of a stand-in liver in a quick check \[its length\].

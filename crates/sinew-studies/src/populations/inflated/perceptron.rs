@@ -6,10 +6,9 @@ use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Width of the hidden layers, samples in a step, passes over all samples.
+/// Width of the hidden layers, samples in a step.
 const WIDTH: usize = 128;
 const BATCH: usize = 200;
-pub(super) const EPOCHS: usize = 1000;
 /// Adam's learning rate, shares of its moments that are kept, and what keeps it from dividing by zero (Kingma and Ba 2015).
 const RATE: f32 = 1e-3;
 const KEPT: [f32; 2] = [0.9, 0.999];
@@ -83,11 +82,12 @@ impl Perceptron {
         (self.predict(x) - y).norm_squared()
     }
 
-    /// Trains a network: where it stops with each patience, which rise, and without any.
+    /// Trains a network for so many epochs at most: where it stops with each patience, which rise, and without any.
     pub(super) fn train(
         training: &Samples,
         validation: &Samples,
         patience: &[usize],
+        epochs: usize,
         seed: u64,
     ) -> Vec<Stopped> {
         let (start, mut random) = (cpu_seconds(), ChaCha8Rng::seed_from_u64(seed));
@@ -96,7 +96,7 @@ impl Perceptron {
         let mut order: Vec<usize> = (0..training.0.ncols()).collect();
         let (mut best, mut least, mut lowest, mut step) = (last.clone(), f32::INFINITY, 0, 0);
         let mut found: Vec<Stopped> = Vec::new();
-        for epoch in 1..=EPOCHS {
+        for epoch in 1..=epochs {
             order.shuffle(&mut random);
             for batch in order.chunks(BATCH) {
                 let columns = |of: &DMatrix<f32>| of.select_columns(batch);
@@ -108,9 +108,9 @@ impl Perceptron {
             if error < least {
                 (best, least, lowest) = (last.clone(), error, epoch);
             }
-            let waits = patience.get(found.len()).copied().unwrap_or(EPOCHS);
-            if epoch - lowest >= waits || epoch == EPOCHS {
-                let ends = if epoch == EPOCHS { patience.len() + 1 } else { found.len() + 1 };
+            let waits = patience.get(found.len()).copied().unwrap_or(epochs);
+            if epoch - lowest >= waits || epoch == epochs {
+                let ends = if epoch == epochs { patience.len() + 1 } else { found.len() + 1 };
                 let cpu_s = cpu_seconds() - start;
                 let stopped = Stopped { epoch, cpu_s, best: best.clone(), last: last.clone() };
                 found.resize(ends, stopped);

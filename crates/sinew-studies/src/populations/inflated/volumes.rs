@@ -15,6 +15,8 @@ use std::time::Instant;
 
 /// Patience \[epochs\] that trainings have, and last none.
 const PATIENCE: [usize; 4] = [10, 25, 50, 100];
+/// Passes over all samples, few for a quick check.
+const EPOCHS: [usize; 2] = [1000, 20];
 
 impl Data<'_> {
     /// Regression and plain networks, put through the same.
@@ -99,7 +101,8 @@ impl Data<'_> {
         let learned = training.len() + validation.len();
         let [training, validation] = [training, validation].map(samples);
         let before_s = cpu_seconds() - start;
-        let stopped = Perceptron::train(&training, &validation, patience, options.seed);
+        let epochs = EPOCHS[usize::from(options.quick)];
+        let stopped = Perceptron::train(&training, &validation, patience, epochs, options.seed);
         let find = |network: &Perceptron, unseen: &[Ventricle]| {
             let found = network.predict(&scaled(&inputs(unseen), &scales));
             Ok(found.iter().map(|v| scale[0][0] + scale[0][1] * f64::from(*v)).collect())
