@@ -117,7 +117,7 @@ fn compile(mut arguments: Vec<OsString>) -> Result<bool> {
     Ok(call("clippy-driver", &arguments)? && (!unit.has_networks || without_networks(&arguments)?))
 }
 
-/// What cargo has compiled.
+/// One call of the compiler by cargo.
 struct Unit {
     name: String,
     is_test: bool,
