@@ -17,9 +17,11 @@ use thiserror::Error;
 const CONTRACTS: f64 = 0.25;
 /// Number of simplified steps; each costs a gradient and a back-substitution.
 const SIMPLIFIED: usize = 2;
-/// Most Newton steps before a displacement counts as far from equilibrium: each step about squares a contraction ratio
-/// below one.
-const MOST_STEPS: usize = 4;
+/// Most Newton steps before a displacement counts as far from equilibrium, for each about squares a contraction ratio below one; and the
+/// most where they have moved it little, for slivers delay the contraction.
+const MOST_STEPS: [usize; 2] = [4, 8];
+/// Move \[relative to the displacement\] up to which more steps are taken: longer ones may lead to another equilibrium.
+const NEAR: f64 = 0.1;
 
 /// A posteriori error estimate of a displacement, from [`Solver::error_estimate`].
 #[doc(alias = "a posteriori error estimate")]
@@ -119,7 +121,7 @@ impl Solver<'_> {
     /// θ or a displacement that does not belong to the body, or [`SolveError::OutOfMemory`]. A displacement that is not near an equilibrium is no error:
     /// see [`ErrorEstimate::distance`].
     pub fn error_estimate(&mut self, displacement: &[f64], theta: &[f64]) -> Result<ErrorEstimate> {
-        self.error_estimate_within(displacement, theta, MOST_STEPS)
+        self.error_estimate_within(displacement, theta, MOST_STEPS[1])
     }
 
     /// [`Solver::error_estimate`] that gives up early: after `most` Newton steps it goes on only while each step
@@ -164,13 +166,16 @@ impl Solver<'_> {
         (theta, most): (&[f64], usize),
         estimate: &mut ErrorEstimate,
     ) -> Result<Result<Distance, NotNearEquilibrium>> {
-        for steps in 1..=MOST_STEPS {
+        for steps in 1..=MOST_STEPS[1] {
             let step = self.step_from(&from, theta, &mut None)?;
             let residual = relative(step.residual_before, step.force_scale);
             if steps == 1 {
                 (estimate.residual, estimate.energy) = (residual, step.energy_before);
             }
             estimate.newton_steps = steps;
+            let moved = mean_and_largest(&difference(&step.displacement, displacement))[0];
+            let far = moved > NEAR * mean_and_largest(&step.displacement)[0];
+            let ends = steps == MOST_STEPS[1] || (steps >= MOST_STEPS[0] && far);
             let balanced = step.residual_before <= self.system.assembly.tolerance();
             if step.shift == 0.0 && (step.length == 1.0 || balanced) {
                 if let Some((distance, energy)) =
@@ -186,11 +191,11 @@ impl Solver<'_> {
                 }
             } else if step.length == 0.0 {
                 return Ok(Err(NotNearEquilibrium::Stuck { residual }));
-            } else if steps == MOST_STEPS && step.shift > 0.0 {
+            } else if ends && step.shift > 0.0 {
                 return Ok(Err(NotNearEquilibrium::Indefinite { steps }));
             }
             from = step.displacement;
-            if steps >= most && step.residual_after > CONTRACTS * step.residual_before {
+            if ends || steps >= most && step.residual_after > CONTRACTS * step.residual_before {
                 break;
             }
         }
