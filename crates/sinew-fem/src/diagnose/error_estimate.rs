@@ -96,8 +96,8 @@ pub enum NotNearEquilibrium {
 impl Solver<'_> {
     /// Distance of any displacement \[length\] to the equilibrium at θ near it. Prescribed components are set first.
     ///
-    /// Takes Newton steps until two simplified steps follow, each at most a quarter as long as the step before it. A
-    /// good prediction needs one Newton step: a factorisation and three back-substitutions.
+    /// Takes Newton steps until two simplified steps follow, each at most a quarter as long as the step before it: four at most, or eight
+    /// while they move the displacement by less than a tenth. A good prediction needs one Newton step: a factorisation and three back-substitutions.
     ///
     /// ```
     /// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
@@ -174,8 +174,8 @@ impl Solver<'_> {
             }
             estimate.newton_steps = steps;
             let moved = mean_and_largest(&difference(&step.displacement, displacement))[0];
-            let far = moved > NEAR * mean_and_largest(&step.displacement)[0];
-            let ends = steps == MOST_STEPS[1] || (steps >= MOST_STEPS[0] && far);
+            let is_near = moved <= NEAR * mean_and_largest(&step.displacement)[0];
+            let ends = steps >= MOST_STEPS[usize::from(is_near)];
             let balanced = step.residual_before <= self.system.assembly.tolerance();
             if step.shift == 0.0 && (step.length == 1.0 || balanced) {
                 if let Some((distance, energy)) =

@@ -224,3 +224,27 @@ fn unbalanced_forces_are_relative_to_the_own_ones() {
     let load = small.nodal_force.iter().map(|f| f * f).sum::<f64>().sqrt();
     assert_close(found.unbalanced(), norm_of(false) / (norm_of(true) + load), 1e-9);
 }
+
+/// Flat cells delay the contraction: a prediction nearby takes more than four Newton steps, and one far away has no estimate after four.
+#[test]
+fn flat_cells_take_more_steps_near_an_equilibrium_alone() {
+    let gravity = Load::BodyForce([0.0, 0.0, -9.8e-3]); // kPa/mm
+    let beam = scene(NeoHookean, box_tetrahedra([30.0, 10.0, 10.0], [6, 2, 80]));
+    let beam = beam.load(gravity).lower().unwrap();
+    // By a part of the height of a cell.
+    let beside = |truth: &[f64], part: f64| -> Vec<f64> {
+        let wave = |i: usize| 0.125 * (2.4 * i as f64).sin();
+        truth.iter().enumerate().map(|(i, u)| u + part * wave(i)).collect()
+    };
+    let soft = solve(&beam, &[8.0, 8.0]).unwrap().displacement;
+    for part in [0.3, 0.4] {
+        let wrong = beside(&soft, part);
+        let found = estimate(&beam, &wrong, &[8.0, 8.0]);
+        let ratio = mean(&wrong, &soft) / found.distance.unwrap().mean;
+        assert!(found.newton_steps > 4 && (ratio - 1.0).abs() < 1e-3, "{part}: {ratio}");
+    }
+    let stiff = solve(&beam, &[80.0, 80.0]).unwrap().displacement;
+    let found = estimate(&beam, &beside(&stiff, 0.3), &[80.0, 80.0]);
+    let diverges = matches!(found.distance, Err(NotNearEquilibrium::Diverges { steps: 4, .. }));
+    assert!(diverges, "{found:?}");
+}
