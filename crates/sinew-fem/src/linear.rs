@@ -11,8 +11,8 @@ pub(crate) mod vector;
 
 pub(crate) use aggregation::{Aggregation, MOST_ITERATIONS, Shifted};
 pub(crate) use factor::{Factor, MOST_SHIFTS, shift_of};
-pub(crate) use krylov::{End, LinearOutcome, conjugate_gradients, gmres};
+pub(crate) use krylov::{End, Iterated, LinearOutcome, conjugate_gradients, gmres};
 pub(crate) use method::{MOST_COUNTED, MOST_SINGLE, Method};
 pub(crate) use ordering::fill_reducing_order;
-pub(crate) use sparsity::{Sparsity, patch_nodes_of};
+pub(crate) use sparsity::{Sparsity, facets, patch_nodes_of};
 pub(crate) use vector::{Norm, add, difference, dot, norm, relative};

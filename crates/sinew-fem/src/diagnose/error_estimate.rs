@@ -178,13 +178,11 @@ impl Solver<'_> {
             let ends = steps >= MOST_STEPS[usize::from(is_near)];
             let balanced = step.residual_before <= self.system.assembly.tolerance();
             if step.shift == 0.0 && (step.length == 1.0 || balanced) {
-                if let Some((distance, energy)) =
-                    self.simplified_steps((displacement, &from), &step, theta)
-                {
+                let found = self.simplified_steps((displacement, &from), &step, theta);
+                if let Some((distance, energy)) = found {
                     let noise = self.system.assembly.energy_noise;
                     let at_rest = energy_at_rest(self.body(), theta);
-                    let above = at_rest.filter(|rest| energy > rest + noise);
-                    return Ok(match above {
+                    return Ok(match at_rest.filter(|rest| energy > rest + noise) {
                         Some(at_rest) => Err(NotNearEquilibrium::AboveRest { energy, at_rest }),
                         None => Ok(distance),
                     });

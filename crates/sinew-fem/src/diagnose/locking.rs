@@ -97,10 +97,8 @@ impl LockingWarning {
     /// Expected loss and its cause, without a remedy.
     pub fn reason(&self) -> String {
         let Self { element, expected_share, bulk_to_shear } = self;
-        let lost = match *expected_share {
-            share if share < 1.0 => format!("{:.0} % of", 100.0 * share),
-            _ => "most of".into(),
-        };
+        let percent = format!("{:.0} % of", 100.0 * expected_share);
+        let lost = if *expected_share < 1.0 { &percent } else { "most of" };
         let mut text = format!(
             "linear {} are too stiff here: they are expected to lose {lost} the displacement",
             element.plural
@@ -192,16 +190,13 @@ pub fn compare_formulations(
     }
     let other = &better_displacement[..displacement.len()];
     let [mean, largest] = mean_and_largest(&difference(displacement, other));
+    let names = body.cavities.iter().map(|cavity| cavity.name.clone());
     let volumes = body.cavity_volumes(displacement).into_iter();
     let volumes = volumes.zip(better.cavity_volumes(better_displacement));
-    let names = body.cavities.iter().map(|cavity| cavity.name.clone());
-    Ok(FormulationDifference {
-        mean,
-        largest,
-        displacement: [displacement, other].map(|u| mean_and_largest(u)[0]),
-        cavities: names.zip(volumes.map(|(own, better)| [own, better])).collect(),
-        length_unit: body.units.length.clone(),
-    })
+    let cavities = names.zip(volumes.map(<[f64; 2]>::from)).collect();
+    let displacement = [displacement, other].map(|u| mean_and_largest(u)[0]);
+    let length_unit = body.units.length.clone();
+    Ok(FormulationDifference { mean, largest, displacement, cavities, length_unit })
 }
 
 impl FormulationDifference {

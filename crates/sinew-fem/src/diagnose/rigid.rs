@@ -46,13 +46,13 @@ fn check(body: &Body, pieces: &[Vec<usize>]) -> Result<()> {
             let moving: Vec<_> = values.filter(|(_, v)| **v > MOVES).map(|(k, _)| k).collect();
             own = singular.u.unwrap_or_default().select_columns(&moving);
         }
-        let mode = |k: usize| RigidMode {
-            translation: std::array::from_fn(|i| own[(i, k)]),
-            rotation: std::array::from_fn(|i| own[(3 + i, k)]),
-        };
-        let modes: Vec<_> = (0..own.ncols()).map(mode).collect();
-        if !modes.is_empty() {
-            return Err(SolveError::FreeToMove { node: nodes[0], nodes: nodes.len(), modes });
+        if own.ncols() > 0 {
+            let modes = own.column_iter().map(|motion| RigidMode {
+                translation: std::array::from_fn(|i| motion[i]),
+                rotation: std::array::from_fn(|i| motion[3 + i]),
+            });
+            let (node, modes) = (nodes[0], modes.collect());
+            return Err(SolveError::FreeToMove { node, nodes: nodes.len(), modes });
         }
     }
     Ok(())
@@ -92,17 +92,14 @@ fn resistance(body: &Body, pieces: &[Vec<usize>]) -> DMatrix<f64> {
         }
         row
     };
-    let mut resist = |weight: f64, a: &DVector<f64>, b: &DVector<f64>| {
-        resistance.ger(weight, a, b, 1.0);
-    };
     for (&node, owners) in &owners {
         for i in 0..3 {
             let others = owners[1..].iter();
             let joined = |&other| velocity(&[owners[0], other], node, Vector3::ith(i, 1.0));
-            others.map(joined).for_each(|row| resist(1.0, &row, &row));
+            others.map(joined).for_each(|row| resistance.ger(1.0, &row, &row, 1.0));
             if prescribed[3 * node + i].is_some() {
                 let row = velocity(&owners[..1], node, frames.axis(3 * node + i).into());
-                resist(1.0, &row, &row);
+                resistance.ger(1.0, &row, &row, 1.0);
             }
         }
     }
@@ -110,33 +107,27 @@ fn resistance(body: &Body, pieces: &[Vec<usize>]) -> DMatrix<f64> {
     let stiffest = stiffest.fold(f64::MIN_POSITIVE, |m: f64, k| m.max(k.abs()));
     for spring in springs {
         let Some(owners) = owners.get(&spring.node) else { continue };
-        let along = |i| velocity(&owners[..1], spring.node, Vector3::ith(i, 1.0));
-        let rows = [0, 1, 2].map(along);
+        let rows = [0, 1, 2].map(|i| velocity(&owners[..1], spring.node, Vector3::ith(i, 1.0)));
         for (i, row) in rows.iter().enumerate() {
             for (k, other) in rows.iter().enumerate() {
-                resist(spring.stiffness[i][k] / stiffest, row, other);
+                resistance.ger(spring.stiffness[i][k] / stiffest, row, other, 1.0);
             }
         }
     }
     resistance
 }
 
-/// Fewest shared nodes that may fix a cell.
-const FIXING: usize = 2;
-
 /// Nodes of rigid pieces: a cell belongs to a piece if they share three nodes that are not collinear (two in a plane).
-fn pieces(potential: &Body) -> Vec<Vec<usize>> {
-    let cells_of = cells_of_nodes(potential.nodes, potential.cell_nodes());
-    let position = |node: &usize| Vector3::from(potential.positions[*node]);
-    let plane = potential.element().dimension == 2;
+fn pieces(body: &Body) -> Vec<Vec<usize>> {
+    let cells_of = cells_of_nodes(body.nodes, body.cell_nodes());
+    let position = |node: &usize| Vector3::from(body.positions[*node]);
+    let plane = body.element().dimension == 2;
     const NONE: usize = usize::MAX;
-    let mut piece_of_cell = vec![NONE; potential.cell_count()];
-    // The last piece that each node was counted for; for each cell, the last piece it shares nodes with and their
-    // number.
-    let mut piece_of_node = vec![NONE; potential.nodes];
-    let mut shared = vec![(NONE, 0); potential.cell_count()];
+    let mut piece_of_cell = vec![NONE; body.cell_count()];
+    // The last piece that has the node; hinges are in several.
+    let mut piece_of_node = vec![NONE; body.nodes];
     let mut pieces = Vec::new();
-    for start in 0..potential.cell_count() {
+    for start in 0..body.cell_count() {
         if piece_of_cell[start] != NONE {
             continue;
         }
@@ -144,23 +135,15 @@ fn pieces(potential: &Body) -> Vec<Vec<usize>> {
         let (mut nodes, mut joining) = (Vec::new(), vec![start]);
         piece_of_cell[start] = index;
         while let Some(cell) = joining.pop() {
-            for &node in potential.nodes_of_cell(cell) {
+            for &node in body.nodes_of_cell(cell) {
                 if std::mem::replace(&mut piece_of_node[node], index) == index {
                     continue;
                 }
                 nodes.push(node);
                 for &other in &cells_of[node] {
-                    if piece_of_cell[other] != NONE {
-                        continue;
-                    }
-                    let (last, count) = shared[other];
-                    let count = if last == index { count + 1 } else { 1 };
-                    shared[other] = (index, count);
-                    let fixed = || {
-                        let corners = potential.nodes_of_cell(other).iter();
-                        fixes(plane, corners.filter(|&&n| piece_of_node[n] == index).map(position))
-                    };
-                    if count >= FIXING && fixed() {
+                    let corners = body.nodes_of_cell(other).iter();
+                    let shared = corners.filter(|&&n| piece_of_node[n] == index).map(position);
+                    if piece_of_cell[other] == NONE && fixes(plane, shared) {
                         piece_of_cell[other] = index;
                         joining.push(other);
                     }

@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::elements::{Followers, check_fields, held_part, inadmissible};
+use crate::linear::add;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use sinew_energy::{Body, Mat3, PressureForm, PressureSurface};
 use std::slice::from_ref;
@@ -130,9 +131,8 @@ pub(crate) fn law_gradients(body: &Body, displacement: &[f64]) -> Result<Vec<Mat
     let own = |point| body.displacement_gradient(point, displacement);
     let mut gradients: Vec<_> = (0..body.volumes.len()).map(own).collect();
     for patch in &body.patches {
-        let Some(kinematics) = body.patch_kinematics(patch, displacement) else {
-            return Err(inadmissible(body, displacement));
-        };
+        let kinematics = body.patch_kinematics(patch, displacement);
+        let kinematics = kinematics.ok_or_else(|| inadmissible(body, displacement))?;
         for (&point, scaled) in patch.iter().zip(kinematics.scaled) {
             gradients[point] = scaled;
         }
@@ -175,10 +175,10 @@ fn cell(points: &[Point], volumes: &[f64]) -> CellStress {
     });
     CellStress {
         volume_ratio: weighted().map(|(point, w)| w * point.volume_ratio).sum(),
-        green_lagrange: rows(&strain),
-        principal_stresses: principal_values(&rows(&cauchy)),
-        principal_stretches: principal_stretches(&rows(&strain)),
-        cauchy: rows(&cauchy),
+        green_lagrange: strain.into(),
+        principal_stresses: principal_values(&cauchy.into()),
+        principal_stretches: principal_stretches(&strain.into()),
+        cauchy: cauchy.into(),
         fibre,
     }
 }
@@ -194,10 +194,6 @@ pub fn principal_values(tensor: &[[f64; 3]; 3]) -> [f64; 3] {
 /// Principal stretches `√(1 + 2 E)` of a Green–Lagrange strain with the eigenvalues E, largest first.
 pub fn principal_stretches(strain: &[[f64; 3]; 3]) -> [f64; 3] {
     principal_values(strain).map(|e| (1.0 + 2.0 * e).max(0.0).sqrt())
-}
-
-fn rows(tensor: &Matrix3<f64>) -> [[f64; 3]; 3] {
-    std::array::from_fn(|i| std::array::from_fn(|j| tensor[(i, j)]))
 }
 
 /// Forces of the supports on the body \[stress·length²\], for each of [`held_sets`]; `pressure` is that of mixed elements, else empty.
@@ -251,22 +247,21 @@ fn force_on(body: &Body, node: usize, forces: &[f64]) -> Vector3<f64> {
     Vector3::from_fn(|i, _| if i < body.element().dimension { held[i] } else { 0.0 })
 }
 
-/// Whether the potential of a surface is that of its pressure only while its rim is held: its derivative at the rim is not the
-/// force there, and depends on the origin of coordinates.
-fn is_open_follower(surface: &PressureSurface) -> bool {
-    surface.triangles != Some(PressureForm::Thesis) && surface.lids.is_empty()
-}
-
 /// Forces on every degree of freedom: derivative of the energy, with pressures themselves in place of their potentials, and with
 /// the field of pressure; at prescribed ones it is the reaction.
 fn forces(body: &Body, displacement: &[f64], pressure: &[f64], theta: &[f64]) -> Vec<f64> {
     let mut total = vec![0.0; displacement.len()];
     body.value_and_gradient(displacement, theta, &mut total);
     Followers::new(&body.followers).add_forces(displacement, theta, &mut total);
-    for surface in body.pressures.iter().filter(|surface| is_open_follower(surface)) {
+    // A potential that is that of the pressure only while the rim is held: its derivative at the rim is not the force there, and depends on
+    // the origin of coordinates.
+    let is_open = |surface: &&PressureSurface| {
+        surface.triangles != Some(PressureForm::Thesis) && surface.lids.is_empty()
+    };
+    for surface in body.pressures.iter().filter(is_open) {
         let mut derivative = vec![0.0; displacement.len()];
         surface.value_and_add_gradient(displacement, theta, &mut derivative);
-        total.iter_mut().zip(derivative).for_each(|(total, derivative)| *total -= derivative);
+        add(&mut total, -1.0, &derivative);
         Followers::new(from_ref(surface)).add_forces(displacement, theta, &mut total);
     }
     if let Some(field) = &body.pressure_field {

@@ -4,8 +4,8 @@ use crate::elements::{
     MOST_WORST, PatchResponse, Point, PredictedStress, Rounding, State, Task, least, per_cell,
     tangent_times,
 };
-use crate::error::CellValue;
-use crate::linear::{Norm, Sparsity};
+use crate::linear::{Norm, Sparsity, facets};
+use crate::{CellValue, Result, SolveError};
 use sinew_energy::{Body, Response, SurfaceResponse};
 use sinew_num::{Mat3, sum};
 
@@ -83,7 +83,7 @@ impl Assembly {
     /// `predicted` replaces the stress in the stiffness, see [`crate::elements::predicted`].
     pub(crate) fn assemble(
         &mut self,
-        potential: &Body,
+        body: &Body,
         sparsity: &Sparsity,
         state: State,
         predicted: Option<&PredictedStress>,
@@ -92,16 +92,15 @@ impl Assembly {
         self.displacement.copy_from_slice(displacement);
         self.matrix.fill(0.0);
         let mut loads = Norm::default();
-        let work: f64 = displacement.iter().zip(&potential.nodal_force).map(|(u, f)| u * f).sum();
+        let work: f64 = displacement.iter().zip(&body.nodal_force).map(|(u, f)| u * f).sum();
         self.energy = -load_factor * work;
-        let mut rounding = Rounding::default();
-        rounding.energy += self.energy.abs();
-        for (g, f) in self.gradient.iter_mut().zip(&potential.nodal_force) {
+        let mut rounding = Rounding { energy: self.energy.abs(), ..Rounding::default() };
+        for (g, f) in self.gradient.iter_mut().zip(&body.nodal_force) {
             *g = -load_factor * f;
             loads.add(*g);
         }
         let (mut first_facet, mut response) = (0, SurfaceResponse::default());
-        for surface in &potential.pressures {
+        for surface in &body.pressures {
             let magnitude = load_factor * surface.magnitude.value(state.theta);
             let mut norm = Norm::default();
             for facet in 0..surface.facets() {
@@ -109,15 +108,13 @@ impl Assembly {
                 let energy = magnitude * response.energy;
                 self.energy += energy;
                 rounding.energy += energy.abs();
-                let nodes = surface.facet_nodes(facet);
-                let derivatives = (&response.gradient[..], &response.hessian[..]);
-                let place = first_facet + facet;
-                norm.add(self.add_facet(nodes, sparsity, place, magnitude, derivatives));
+                let (nodes, place) = (surface.facet_nodes(facet), first_facet + facet);
+                norm.add(self.add_facet(nodes, sparsity, place, magnitude, &response));
             }
             loads.add(norm.value());
             first_facet += surface.facets();
         }
-        for (index, spring) in potential.springs.iter().enumerate() {
+        for (index, spring) in body.springs.iter().enumerate() {
             let energy = spring.value_and_add_gradient(displacement, &mut self.gradient);
             self.energy += energy;
             rounding.energy += energy;
@@ -125,20 +122,26 @@ impl Assembly {
             let entry = |row: usize, column: usize| stiffness[row][column];
             self.add_matrix(&sparsity.frames, &[spring.node], places, entry);
         }
-        self.add_shares(potential, sparsity, (state, predicted), &mut rounding);
+        self.add_shares(body, sparsity, (state, predicted), &mut rounding);
         self.floor = f64::EPSILON * rounding.force.value();
         self.energy_noise = ENERGY_ROUNDINGS * f64::EPSILON * rounding.energy;
-        let held = potential.prescribed.iter().enumerate().filter(|(_, p)| p.is_some());
+        let held = body.prescribed.iter().enumerate().filter(|(_, p)| p.is_some());
         let reactions = held.map(|(dof, _)| sparsity.frames.component(dof, &self.gradient));
         self.force_scale = loads.value() + reactions.collect::<Norm>().value();
         if FLOOR_FACTOR * self.floor > MOST_LEFT * self.force_scale {
-            self.force_scale += forces_at_rest(potential, state.theta);
+            self.force_scale += forces_at_rest(body, state.theta);
         }
     }
 
     /// Whether energy, force scale and rounding errors are finite.
     pub(crate) fn is_finite(&self) -> bool {
         [self.energy, self.energy_noise, self.floor, self.force_scale].iter().all(|x| x.is_finite())
+    }
+
+    /// Requires that these are.
+    pub(crate) fn check(&self) -> Result<()> {
+        let cell = self.worst_cell;
+        if self.is_finite() { Ok(()) } else { Err(SolveError::Inadmissible { cell }) }
     }
 
     /// Residual at which an equilibrium is reached \[stress·length²\]: the rounding error, but at most [`MOST_LEFT`] of
@@ -201,13 +204,11 @@ impl Assembly {
             convex += share.convex;
             let (parts, size) = (share.parts.clone(), body.nodes_per_cell);
             let nodes: Vec<usize> = match body.patches.get(parts.clone()) {
-                Some(of_share) => of_share
-                    .iter()
-                    .flatten()
-                    .flat_map(|&point| body.nodes_of_point(point))
-                    .copied()
-                    .collect(),
-                _ => body.cells[parts.start * size..parts.end * size].to_vec(),
+                Some(of_share) => {
+                    let points = of_share.iter().flatten();
+                    points.flat_map(|&point| body.nodes_of_point(point)).copied().collect()
+                }
+                None => body.cells[parts.start * size..parts.end * size].to_vec(),
             };
             let (rows, _) = gradient.as_chunks_mut::<3>();
             for (node, force) in nodes.into_iter().zip(&share.forces) {
@@ -237,7 +238,7 @@ impl Assembly {
         sparsity: &Sparsity,
         facet: usize,
         magnitude: f64,
-        (gradient, hessian): (&[f64], &[f64]),
+        SurfaceResponse { gradient, hessian, .. }: &SurfaceResponse,
     ) -> f64 {
         let mut norm = Norm::default();
         for (row, g) in gradient.iter().enumerate() {
@@ -253,34 +254,31 @@ impl Assembly {
     /// Adds the second derivative of Π times `direction` to `forces`, in all degrees of freedom.
     pub(crate) fn add_stiffness_times(
         &self,
-        potential: &Body,
+        body: &Body,
         state: State,
         direction: &[f64],
         forces: &mut [f64],
     ) {
-        for (cell, nodes) in potential.cell_nodes().enumerate() {
+        for (cell, nodes) in body.cell_nodes().enumerate() {
             if nodes.iter().all(|&node| direction[3 * node..3 * node + 3] == [0.0; 3]) {
                 continue;
             }
-            let first = cell * potential.points_per_cell;
-            for point in first..first + potential.points_per_cell {
-                let dh = potential.displacement_gradient(point, direction);
+            let first = cell * body.points_per_cell;
+            for point in first..first + body.points_per_cell {
+                let dh = body.displacement_gradient(point, direction);
                 let stress = tangent_times(&self.points[point].1.tangent, &dh);
-                potential.add_forces(point, &stress, forces);
+                body.add_forces(point, &stress, forces);
             }
         }
         self.patches.iter().for_each(|patch| patch.add_common_product(direction, forces));
-        for spring in &potential.springs {
+        for spring in &body.springs {
             spring.value_and_add_gradient(direction, forces);
         }
         let mut response = SurfaceResponse::default();
-        for surface in &potential.pressures {
+        for (surface, facet, nodes) in facets(&body.pressures) {
             let magnitude = state.load_factor * surface.magnitude.value(state.theta);
-            for facet in 0..surface.facets() {
-                surface.facet_response(facet, state.displacement, &mut response);
-                let nodes = surface.facet_nodes(facet);
-                add_product(nodes, magnitude, &response.hessian, direction, forces);
-            }
+            surface.facet_response(facet, state.displacement, &mut response);
+            add_product(nodes, magnitude, &response.hessian, direction, forces);
         }
     }
 

@@ -69,14 +69,10 @@ pub(crate) fn largest(values: &[f64]) -> CellValue {
     CellValue { cell: best, value: values.get(best).copied().unwrap_or(f64::NAN) }
 }
 
-/// The least (largest) of each cell's values at its quadrature points.
-pub(crate) fn per_cell(
-    points: &[f64],
-    points_per_cell: usize,
-    pick: fn(f64, f64) -> f64,
-) -> Vec<f64> {
+/// The least (largest) of the values at the quadrature points of each cell, which are `count` of them.
+pub(crate) fn per_cell(points: &[f64], count: usize, pick: fn(f64, f64) -> f64) -> Vec<f64> {
     let of_cell = |values: &[f64]| values.iter().copied().reduce(pick).unwrap_or(f64::NAN);
-    points.chunks(points_per_cell).map(of_cell).collect()
+    points.chunks(count).map(of_cell).collect()
 }
 
 /// Error of a displacement whose energy is not finite, with the cell of least J.
@@ -105,9 +101,9 @@ impl<'a> State<'a> {
     }
 
     /// Π \[stress·length³\]; +∞ as soon as a cell is inverted.
-    pub(crate) fn energy(&self, potential: &Body) -> f64 {
-        self.load_factor * potential.load_value(self.displacement, self.theta)
-            + potential.inner_value(self.displacement, self.theta)
+    pub(crate) fn energy(&self, body: &Body) -> f64 {
+        self.load_factor * body.load_value(self.displacement, self.theta)
+            + body.inner_value(self.displacement, self.theta)
     }
 }
 

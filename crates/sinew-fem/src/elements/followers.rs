@@ -1,7 +1,7 @@
 //! Pressures that follow surfaces with a loose rim: forces without a potential, whose derivative is not symmetric.
 
 use crate::elements::{Assembly, State, add_product};
-use crate::linear::{Norm, Sparsity};
+use crate::linear::{Norm, Sparsity, facets};
 use sinew_energy::{PressureSurface, SurfaceResponse};
 
 /// The loose followers of a body.
@@ -25,60 +25,40 @@ impl<'p> Followers<'p> {
         first: usize,
         state: State<'_>,
     ) {
-        if self.surfaces.is_empty() {
-            return;
-        }
         self.responses.clear();
-        let mut place = first;
         let mut loads = Norm::default();
-        for surface in self.surfaces {
+        for (place, (surface, facet, nodes)) in (first..).zip(facets(self.surfaces)) {
             let magnitude = state.load_factor * surface.magnitude.value(state.theta);
-            for facet in 0..surface.facets() {
-                let mut response = SurfaceResponse::default();
-                surface.facet_force(facet, state.displacement, &mut response);
-                let size = response.gradient.len();
-                let mut symmetric = response.clone();
-                for row in 0..size {
-                    for column in 0..size {
-                        let [entry, mirrored] =
-                            [row * size + column, column * size + row].map(|i| response.hessian[i]);
-                        symmetric.hessian[row * size + column] = 0.5 * (entry + mirrored);
-                    }
-                }
-                let nodes = surface.facet_nodes(facet);
-                let derivatives = (&symmetric.gradient[..], &symmetric.hessian[..]);
-                loads.add(assembly.add_facet(nodes, sparsity, place, magnitude, derivatives));
-                for (entry, symmetric) in response.hessian.iter_mut().zip(&symmetric.hessian) {
-                    *entry = magnitude * (*entry - symmetric);
-                }
-                self.responses.push(response);
-                place += 1;
+            let mut response = SurfaceResponse::default();
+            surface.facet_force(facet, state.displacement, &mut response);
+            let (size, mut symmetric) = (response.gradient.len(), response.clone());
+            for (at, entry) in symmetric.hessian.iter_mut().enumerate() {
+                *entry = 0.5 * (*entry + response.hessian[at % size * size + at / size]);
             }
+            loads.add(assembly.add_facet(nodes, sparsity, place, magnitude, &symmetric));
+            for (entry, symmetric) in response.hessian.iter_mut().zip(&symmetric.hessian) {
+                *entry = magnitude * (*entry - symmetric);
+            }
+            self.responses.push(response);
         }
         assembly.force_scale = assembly.force_scale.hypot(loads.value());
     }
 
     /// Adds the skew part of the derivative times `direction` to `forces`.
     pub(crate) fn add_skew(&self, direction: &[f64], forces: &mut [f64]) {
-        let mut responses = self.responses.iter();
-        for surface in self.surfaces {
-            for (facet, response) in (0..surface.facets()).zip(&mut responses) {
-                add_product(surface.facet_nodes(facet), 1.0, &response.hessian, direction, forces);
-            }
+        for ((_, _, nodes), response) in facets(self.surfaces).zip(&self.responses) {
+            add_product(nodes, 1.0, &response.hessian, direction, forces);
         }
     }
 
     /// Adds the forces under the whole load to `forces`.
     pub(crate) fn add_forces(&self, displacement: &[f64], theta: &[f64], forces: &mut [f64]) {
         let mut response = SurfaceResponse::default();
-        for surface in self.surfaces {
+        for (surface, facet, nodes) in facets(self.surfaces) {
             let magnitude = surface.magnitude.value(theta);
-            for facet in 0..surface.facets() {
-                surface.facet_force(facet, displacement, &mut response);
-                for (slot, force) in response.gradient.iter().enumerate() {
-                    forces[3 * surface.facet_nodes(facet)[slot / 3] + slot % 3] +=
-                        magnitude * force;
-                }
+            surface.facet_force(facet, displacement, &mut response);
+            for (slot, force) in response.gradient.iter().enumerate() {
+                forces[3 * nodes[slot / 3] + slot % 3] += magnitude * force;
             }
         }
     }

@@ -30,94 +30,73 @@ pub(crate) struct PatchResponse {
 impl PatchResponse {
     /// `None` where a cell is inverted or an energy overflows.
     pub(crate) fn new(
-        potential: &Body,
+        body: &Body,
         points: &[usize],
         displacement: &[f64],
         parameters: &[f64],
     ) -> Option<Self> {
-        let kinematics = potential.patch_kinematics(points, displacement)?;
-        let volumes: Vec<_> = points.iter().map(|&point| potential.volumes[point]).collect();
+        let kinematics = body.patch_kinematics(points, displacement)?;
+        let volumes: Vec<_> = points.iter().map(|&point| body.volumes[point]).collect();
         let at_points = || points.iter().zip(&kinematics.scaled);
-        let scaled: Vec<_> = at_points()
-            .map(|(&point, h)| potential.material.response(point, parameters, h))
-            .collect();
+        let scaled: Vec<_> =
+            at_points().map(|(&point, h)| body.material.response(point, parameters, h)).collect();
         let energy = scaled.iter().zip(&volumes).map(|(r, v)| v * r.energy).sum();
         let mut stresses: Vec<_> = scaled.iter().map(|r| r.stress).collect();
         let (thirds, common) = kinematics.thirds(&volumes, &stresses);
         kinematics.work_conjugate(&volumes, &mut stresses);
 
-        let nodes = patch_nodes_of(potential, points);
-        let mut patch = Self {
-            energy,
-            points: Vec::with_capacity(points.len()),
-            mean: vec![0.0; 3 * nodes.len()],
-            mixed: vec![0.0; 3 * nodes.len()],
-            nodes,
-            square: 0.0,
-            rates: Vec::with_capacity(points.len()),
-        };
-        for (at, &point) in points.iter().enumerate() {
-            let h = kinematics.gradients[at];
-            let terms = Terms::new(&h, &kinematics.scaled[at], kinematics.scales[at], &scaled[at]);
-            let volume = volumes[at];
-            let ratio = volume / (kinematics.volume * kinematics.mean);
-            patch.add(potential, point, &terms.cofactor, ratio, |p| &mut p.mean);
-            let mixed = terms.mixed(thirds[at]);
-            patch.add(potential, point, &mixed, volume, |p| &mut p.mixed);
-            let mean = Mat3::from_fn(|i, j| terms.cofactor[i][j] * ratio / volume);
-            patch.rates.push([mixed, mean]);
-            patch.square += volume * (terms.square - 2.0 / 3.0 * thirds[at]);
-            let tangent = terms.tangent(thirds[at], common);
-            patch
-                .points
-                .push((h, Response { energy: scaled[at].energy, stress: stresses[at], tangent }));
-        }
-        Some(patch)
-    }
-
-    /// Adds `weight × Gᵀ values` to a vector over the patch.
-    fn add(
-        &mut self,
-        potential: &Body,
-        point: usize,
-        values: &Mat3<f64>,
-        weight: f64,
-        vector: impl Fn(&mut Self) -> &mut Vec<f64>,
-    ) {
-        for (node, g) in potential.nodes_of_point(point).iter().zip(potential.shape_of_point(point))
-        {
-            let local = self.nodes.partition_point(|n| n < node);
-            for i in 0..3 {
-                let sum: f64 = (0..3).map(|j| values[i][j] * g[j]).sum();
-                vector(self)[3 * local + i] += weight * sum;
+        let nodes = patch_nodes_of(body, points);
+        // Adds `weight × Gᵀ values` to a vector over the patch.
+        let add = |vector: &mut [f64], point: usize, values: &Mat3<f64>, weight: f64| {
+            for (node, g) in body.nodes_of_point(point).iter().zip(body.shape_of_point(point)) {
+                let local = nodes.partition_point(|n| n < node);
+                for i in 0..3 {
+                    let sum: f64 = (0..3).map(|j| values[i][j] * g[j]).sum();
+                    vector[3 * local + i] += weight * sum;
+                }
             }
+        };
+        let (mut mean, mut mixed) = (vec![0.0; 3 * nodes.len()], vec![0.0; 3 * nodes.len()]);
+        let (mut responses, mut rates, mut square) = (Vec::new(), Vec::new(), 0.0);
+        for (at, &point) in points.iter().enumerate() {
+            let (h, volume, third) = (kinematics.gradients[at], volumes[at], thirds[at]);
+            let terms = Terms::new(&h, &kinematics.scaled[at], kinematics.scales[at], &scaled[at]);
+            let ratio = volume / (kinematics.volume * kinematics.mean);
+            add(&mut mean, point, &terms.cofactor, ratio);
+            let own = terms.mixed(third);
+            add(&mut mixed, point, &own, volume);
+            rates.push([own, Mat3::from_fn(|i, j| terms.cofactor[i][j] * ratio / volume)]);
+            square += volume * (terms.square - 2.0 / 3.0 * third);
+            let (stress, tangent) = (stresses[at], terms.tangent(third, common));
+            responses.push((h, Response { energy: scaled[at].energy, stress, tangent }));
         }
+        Some(Self { energy, points: responses, nodes, mean, mixed, square, rates })
     }
 
     /// The stiffness against changes of the mean volume \[stress\]: the bulk modulus, for small strain.
-    pub(crate) fn common_stiffness(&self, potential: &Body, points: &[usize]) -> f64 {
-        self.square.abs() / points.iter().map(|&point| potential.volumes[point]).sum::<f64>()
+    pub(crate) fn common_stiffness(&self, body: &Body, points: &[usize]) -> f64 {
+        self.square.abs() / points.iter().map(|&point| body.volumes[point]).sum::<f64>()
     }
 
     /// Lower half of the second derivative, row by row in the order of the patch's nodes.
-    pub(crate) fn stiffness<const N: usize>(&self, potential: &Body, points: &[usize]) -> Vec<f64> {
+    pub(crate) fn stiffness<const N: usize>(&self, body: &Body, points: &[usize]) -> Vec<f64> {
         let mut lower = Vec::with_capacity(self.mean.len() * (self.mean.len() + 1) / 2);
         for row in 0..self.mean.len() {
             let (own, mixed) = (self.mean[row], self.mixed[row] + self.square * self.mean[row]);
             let columns = self.mean[..=row].iter().zip(&self.mixed[..=row]);
             lower.extend(columns.map(|(mean, other)| own * other + mixed * mean));
         }
-        let shapes = potential.shape_gradients.as_chunks::<N>().0;
-        let cell = |point: &usize| point / potential.points_per_cell;
+        let shapes = body.shape_gradients.as_chunks::<N>().0;
+        let cell = |point: &usize| point / body.points_per_cell;
         let mut responses = self.points.iter();
         for of_cell in points.chunk_by(|a, b| cell(a) == cell(b)) {
             let mut blocks: NodalBlocks<N> = [[[[0.0; 3]; N]; 3]; N];
             for (&point, (_, response)) in of_cell.iter().zip(&mut responses) {
-                let volume = potential.volumes[point];
+                let volume = body.volumes[point];
                 add_stiffness(&response.tangent, &shapes[point], volume, &mut blocks);
             }
             complete(&mut blocks);
-            let nodes = &potential.cells.as_chunks::<N>().0[cell(&of_cell[0])];
+            let nodes = &body.cells.as_chunks::<N>().0[cell(&of_cell[0])];
             let local = nodes.map(|node| self.nodes.partition_point(|&n| n < node));
             for a in 0..N {
                 for i in 0..3 {

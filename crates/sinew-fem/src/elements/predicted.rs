@@ -20,16 +20,16 @@ impl Assembly {
 
     /// The stress at each point after a step along `direction` by the linear model of the stress,
     /// `S + C : sym(Fᵀ ∇direction)`.
-    pub(crate) fn predict_stress(&self, potential: &Body, direction: &[f64]) -> PredictedStress {
+    pub(crate) fn predict_stress(&self, body: &Body, direction: &[f64]) -> PredictedStress {
         let mut common =
-            vec![Mat3::ZERO; potential.volumes.len() * usize::from(!self.patches.is_empty())];
-        for (points, patch) in potential.patches.iter().zip(&self.patches) {
+            vec![Mat3::ZERO; body.volumes.len() * usize::from(!self.patches.is_empty())];
+        for (points, patch) in body.patches.iter().zip(&self.patches) {
             let at_points = points.iter().zip(patch.common_stress(direction));
             at_points.for_each(|(&point, stress)| common[point] = stress);
         }
         let predict = |point: usize| {
             let (h, response) = &self.points[point];
-            let dh = potential.displacement_gradient(point, direction);
+            let dh = body.displacement_gradient(point, direction);
             let inverse = inverse(h);
             let stress = product(&inverse, &response.stress);
             let linear = tangent_times(&response.tangent, &dh);
@@ -41,7 +41,7 @@ impl Assembly {
             });
             product(&inverse, &change)
         };
-        at_points(potential.volumes.len(), predict)
+        at_points(body.volumes.len(), predict)
     }
 
     /// Nodal forces of the difference between actual and predicted pressure, in the assembled configuration.
@@ -98,19 +98,19 @@ fn stress_at(body: &Body, displacement: &[f64], theta: &[f64]) -> Option<Vec<Mat
 const POINTS: usize = 9;
 
 /// Median of K/μ of the material at rest over points spread over the body; `None` without resistance to changes of volume.
-pub(crate) fn bulk_to_shear(potential: &Body, theta: &[f64]) -> Option<f64> {
-    let count = potential.volumes.len();
+pub(crate) fn bulk_to_shear(body: &Body, theta: &[f64]) -> Option<f64> {
+    let count = body.volumes.len();
     let points = (0..count).step_by(count.div_ceil(POINTS).max(1));
     let ratios: Option<Vec<f64>> =
-        points.map(|point| bulk_to_shear_at(potential, theta, point)).collect();
+        points.map(|point| bulk_to_shear_at(body, theta, point)).collect();
     let mut ratios = ratios?;
     ratios.sort_by(f64::total_cmp);
     ratios.get(ratios.len() / 2).copied()
 }
 
-fn bulk_to_shear_at(potential: &Body, theta: &[f64], point: usize) -> Option<f64> {
+fn bulk_to_shear_at(body: &Body, theta: &[f64], point: usize) -> Option<f64> {
     // A rotation of the directions changes neither K nor the trace.
-    let response = potential.material.response(point, potential.law_parameters(theta), &Mat3::ZERO);
+    let response = body.material.response(point, body.law_parameters(theta), &Mat3::ZERO);
     let (tangent, prestress) = (&response.tangent, response.stress.trace());
     let bulk = [0, 4, 8].map(|i| tangent[i][0] + tangent[i][4] + tangent[i][8]);
     // Active stress S adds δ_ik S_jl to the tangent, which is no stiffness of the material.

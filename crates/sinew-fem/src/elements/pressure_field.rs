@@ -8,7 +8,8 @@ use sinew_num::Mat3;
 
 /// A pressure field with its derivatives at the assembled state.
 pub(crate) struct Coupling<'p> {
-    pub field: &'p PressureField,
+    body: &'p Body,
+    field: &'p PressureField,
     /// `∂r_p/∂u` of each cell: one row per corner, `3N` columns.
     rows: Vec<f64>,
     /// Longitudinal modulus at each quadrature point \[stress\].
@@ -18,9 +19,9 @@ pub(crate) struct Coupling<'p> {
 }
 
 impl<'p> Coupling<'p> {
-    pub(crate) fn new(body: &Body, field: &'p PressureField) -> Self {
+    pub(crate) fn new(body: &'p Body, field: &'p PressureField) -> Self {
         let rows = vec![0.0; body.cell_count() * field.corners * 3 * body.nodes_per_cell];
-        Self { field, rows, moduli: vec![0.0; body.volumes.len()], schur: None }
+        Self { body, field, rows, moduli: vec![0.0; body.volumes.len()], schur: None }
     }
 
     /// Values at the quadrature points.
@@ -30,21 +31,15 @@ impl<'p> Coupling<'p> {
 
     /// Takes the derivatives at the assembled state; returns the residual of the volume constraint, `∫ N_a (J − 1 −
     /// p/κ) dV`.
-    pub(crate) fn assemble(
-        &mut self,
-        body: &Body,
-        assembly: &Assembly,
-        pressure: &[f64],
-    ) -> Vec<f64> {
-        let at_points = self.at_points(pressure);
-        let mut residual = vec![0.0; self.field.unknowns];
-        let mut rows = std::mem::take(&mut self.rows);
+    pub(crate) fn assemble(&mut self, assembly: &Assembly, pressure: &[f64]) -> Vec<f64> {
+        let Self { body, field, rows, moduli, .. } = self;
+        let mut residual = vec![0.0; field.unknowns];
         rows.fill(0.0);
         let width = 3 * body.nodes_per_cell;
         for (point, (h, response)) in assembly.points.iter().enumerate() {
-            let (cell, corners, shape) = self.field.of_point(point);
+            let (cell, corners, shape) = field.of_point(point);
             let volume = body.volumes[point];
-            let change = h.volume_change() - self.field.compliance * at_points[point];
+            let change = h.volume_change() - field.compliance * field.at(point, pressure);
             for (&corner, n) in corners.iter().zip(shape) {
                 residual[corner] += volume * n * change;
             }
@@ -58,15 +53,14 @@ impl<'p> Coupling<'p> {
                     }
                 }
             }
-            self.moduli[point] = modulus(&cofactor, &response.tangent);
+            moduli[point] = modulus(&cofactor, &response.tangent);
         }
-        self.rows = rows;
         residual
     }
 
     /// Adds `Bᵀ pressure` to the forces on all degrees of freedom.
-    pub(crate) fn add_forces(&self, body: &Body, pressure: &[f64], forces: &mut [f64]) {
-        self.for_rows(body, |corner, nodes, row| {
+    pub(crate) fn add_forces(&self, pressure: &[f64], forces: &mut [f64]) {
+        self.for_rows(|corner, nodes, row| {
             for (entry, column) in row.iter().zip(0..) {
                 forces[3 * nodes[column / 3] + column % 3] += entry * pressure[corner];
             }
@@ -74,8 +68,8 @@ impl<'p> Coupling<'p> {
     }
 
     /// Adds `B direction` to the changes of volume.
-    pub(crate) fn add_volume_changes(&self, body: &Body, direction: &[f64], changes: &mut [f64]) {
-        self.for_rows(body, |corner, nodes, row| {
+    pub(crate) fn add_volume_changes(&self, direction: &[f64], changes: &mut [f64]) {
+        self.for_rows(|corner, nodes, row| {
             let terms = row.iter().zip(0..);
             let terms = terms.map(|(b, c)| b * direction[3 * nodes[c / 3] + c % 3]);
             changes[corner] += terms.sum::<f64>();
@@ -83,34 +77,34 @@ impl<'p> Coupling<'p> {
     }
 
     /// Subtracts the changes of volume by the compliance 1/κ.
-    pub(crate) fn add_compliance(&self, body: &Body, pressures: &[f64], volumes: &mut [f64]) {
+    pub(crate) fn add_compliance(&self, pressures: &[f64], volumes: &mut [f64]) {
         if self.field.compliance == 0.0 {
             return;
         }
-        for point in 0..body.volumes.len() {
+        for (point, volume) in self.body.volumes.iter().enumerate() {
             let (_, corners, shape) = self.field.of_point(point);
             let p = self.field.at(point, pressures);
             for (n, &c) in shape.iter().zip(corners) {
-                volumes[c] -= self.field.compliance * body.volumes[point] * n * p;
+                volumes[c] -= self.field.compliance * volume * n * p;
             }
         }
     }
 
     /// The derivatives of each corner of each cell, with the nodes of the cell.
-    fn for_rows(&self, body: &Body, mut visit: impl FnMut(usize, &[usize], &[f64])) {
-        let rows = self.rows.chunks(3 * body.nodes_per_cell);
+    fn for_rows(&self, mut visit: impl FnMut(usize, &[usize], &[f64])) {
+        let rows = self.rows.chunks(3 * self.body.nodes_per_cell);
         for (at, (&corner, row)) in self.field.cells.iter().zip(rows).enumerate() {
-            visit(corner, body.nodes_of_cell(at / self.field.corners), row);
+            visit(corner, self.body.nodes_of_cell(at / self.field.corners), row);
         }
     }
 
     /// Factorises the pressure's mass matrix over the local moduli.
-    pub(crate) fn factorise(&mut self, body: &Body) -> Option<()> {
+    pub(crate) fn factorise(&mut self) -> Option<()> {
         let field = self.field;
         let mut triplets = Vec::with_capacity(field.cells.len() * field.corners);
-        for point in 0..body.volumes.len() {
-            let (_, corners, shape) = self.field.of_point(point);
-            let weight = body.volumes[point] * (1.0 / self.moduli[point] + field.compliance);
+        for (point, (volume, modulus)) in self.body.volumes.iter().zip(&self.moduli).enumerate() {
+            let (_, corners, shape) = field.of_point(point);
+            let weight = volume * (1.0 / modulus + field.compliance);
             for (&row, n) in corners.iter().zip(shape) {
                 for (&column, m) in corners.iter().zip(shape).filter(|(c, _)| **c <= row) {
                     triplets.push(Triplet::new(row, column, weight * n * m));

@@ -9,8 +9,8 @@ use sinew_num::dot3;
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// Sets prescribed degrees of freedom to a fraction of the prescribed motion.
-pub(crate) fn place(potential: &Body, load_factor: f64, displacement: &mut [f64]) {
-    let BodyArrays { prescribed, frames, .. } = &**potential;
+pub(crate) fn place(body: &Body, load_factor: f64, displacement: &mut [f64]) {
+    let BodyArrays { prescribed, frames, .. } = &**body;
     for (dof, target) in prescribed.iter().enumerate() {
         let Some(target) = target.map(|u| load_factor * u) else { continue };
         if frames.get(dof / 3).is_none() {

@@ -118,7 +118,7 @@ impl<'p> System<'p> {
         let mut values: Vec<f64> = sparsity.gather(&assembly.gradient).collect();
         let force = norm(&values);
         if let Some(coupling) = &mut self.coupling {
-            values.extend(coupling.assemble(body, assembly, &at.pressure));
+            values.extend(coupling.assemble(assembly, &at.pressure));
         }
         let volume = norm(&values[sparsity.unknowns()..]);
         Residual { values, force, volume }
@@ -152,10 +152,10 @@ impl<'p> System<'p> {
         let mut full = vec![0.0; direction.len()];
         self.followers.add_skew(&direction, &mut full);
         if let Some(coupling) = &self.coupling {
-            coupling.add_forces(self.body, pressures, &mut full);
+            coupling.add_forces(pressures, &mut full);
             volumes.fill(0.0);
-            coupling.add_volume_changes(self.body, &direction, volumes);
-            coupling.add_compliance(self.body, pressures, volumes);
+            coupling.add_volume_changes(&direction, volumes);
+            coupling.add_compliance(pressures, volumes);
         }
         let gathered = self.sparsity.gather(&full);
         forces.iter_mut().zip(gathered).for_each(|(force, more)| *force += more);

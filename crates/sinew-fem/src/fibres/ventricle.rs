@@ -35,8 +35,8 @@ pub struct VentricleCoordinates {
     /// The nodes of the apexes, on the endocardium and the epicardium.
     pub apexes: [usize; 2],
     cells: Vec<[usize; 4]>,
-    layers_of_cells: Vec<Layer>,
-    layers_of_nodes: Vec<Layer>,
+    cell_layers: Vec<Layer>,
+    node_layers: Vec<Layer>,
 }
 
 /// Coordinate that an angle is linear in.
@@ -66,7 +66,9 @@ impl VentricleCoordinates {
         let walls = bounds.prescribe(&[(&bounds.endocardium, 0.0), (&bounds.epicardium, 1.0)]);
         let potential = laplacian.solve(&walls, 0.0, None)?;
         let gradients = laplacian.gradients(&potential);
-        let conductivity = conductivity(&gradients);
+        // Bounded from below for cells with all their nodes on one surface.
+        let least = NO_DIRECTION * mean_length(&gradients);
+        let conductivity: Vec<_> = gradients.iter().map(|slope| slope.norm().max(least)).collect();
         let thickness = laplacian.solve(&walls, 0.0, Some(&conductivity))?;
 
         let distance = laplacian.solve(&bounds.prescribe(&[(&bounds.base, 0.0)]), 1.0, None)?;
@@ -76,32 +78,23 @@ impl VentricleCoordinates {
 
         let outward = directions(&laplacian, &thickness);
         let to_base = directions(&laplacian, &longitudinal);
-        let layers_of_cells = layers_of_cells(mesh, &outward, &to_base)?;
-        let layers_of_nodes = layers_of_nodes(mesh, &outward, &to_base, &layers_of_cells);
+        let cell_layers = layers_of_cells(mesh, &outward, &to_base)?;
+        let node_layers = layers_of_nodes(mesh, &outward, &to_base, &cell_layers);
         let cells = mesh.cells.clone();
-        Ok(Self {
-            potential,
-            thickness,
-            longitudinal,
-            apexes,
-            cells,
-            layers_of_cells,
-            layers_of_nodes,
-        })
+        Ok(Self { potential, thickness, longitudinal, apexes, cells, cell_layers, node_layers })
     }
 
     /// The frame at the centre of each cell.
     pub fn cell_frames(&self, rule: &FibreRule, depth: Depth) -> Vec<Frame> {
-        let of_node = self.depth(depth);
-        let centre =
-            |nodes: &[usize; 4]| nodes.iter().map(|&node| of_node[node]).sum::<f64>() / 4.0;
-        let cells = self.cells.iter().zip(&self.layers_of_cells);
+        let depths = self.depth(depth);
+        let centre = |nodes: &[usize; 4]| nodes.iter().map(|&n| depths[n]).sum::<f64>() / 4.0;
+        let cells = self.cells.iter().zip(&self.cell_layers);
         cells.map(|(nodes, layer)| rule.frame(centre(nodes), layer)).collect()
     }
 
     /// The frame at each node.
     pub fn node_frames(&self, rule: &FibreRule, depth: Depth) -> Vec<Frame> {
-        let nodes = self.depth(depth).iter().zip(&self.layers_of_nodes);
+        let nodes = self.depth(depth).iter().zip(&self.node_layers);
         nodes.map(|(&depth, layer)| rule.frame(depth, layer)).collect()
     }
 
@@ -118,12 +111,6 @@ const NO_DIRECTION: f64 = 1e-6;
 
 fn mean_length(gradients: &[Vector3<f64>]) -> f64 {
     gradients.iter().map(Vector3::norm).sum::<f64>() / gradients.len() as f64
-}
-
-/// |∇φ| of each cell, bounded from below for cells with all their nodes on one surface.
-fn conductivity(gradients: &[Vector3<f64>]) -> Vec<f64> {
-    let least = NO_DIRECTION * mean_length(gradients);
-    gradients.iter().map(|gradient| gradient.norm().max(least)).collect()
 }
 
 /// Gradients of a potential at the nodes, zero where they have no direction: means over the adjacent cells, more
@@ -195,17 +182,17 @@ pub struct Surfaces<'a> {
 }
 
 /// Nodes of the surfaces.
-pub(super) struct Bounds {
-    pub endocardium: Vec<usize>,
-    pub epicardium: Vec<usize>,
-    pub base: Vec<usize>,
+struct Bounds {
+    endocardium: Vec<usize>,
+    epicardium: Vec<usize>,
+    base: Vec<usize>,
     nodes: usize,
 }
 
 impl Bounds {
     /// # Errors
     /// Surfaces that are missing, empty or touching, and parts of the mesh that do not reach one.
-    pub(super) fn new(mesh: &TetMesh, names: &Surfaces<'_>) -> Result<Self> {
+    fn new(mesh: &TetMesh, names: &Surfaces<'_>) -> Result<Self> {
         let nodes_of = |name: &str| facets(mesh, name).map(|facets| mesh.nodes_of_facets(facets));
         let bounds = Self {
             endocardium: nodes_of(names.endocardium)?,
@@ -228,8 +215,7 @@ impl Bounds {
             (&bounds.epicardium, names.epicardium),
             (&bounds.base, names.base),
         ] {
-            let apart =
-                |part: &&Vec<usize>| !part.iter().any(|node| nodes.binary_search(node).is_ok());
+            let apart = |part: &&Vec<usize>| part.iter().all(|n| nodes.binary_search(n).is_err());
             if let Some(part) = parts.iter().find(apart) {
                 let (node, nodes) = (part[0], part.len());
                 return Err(FibreError::Unfit(format!(
@@ -241,7 +227,7 @@ impl Bounds {
     }
 
     /// Values at sets of nodes; later sets override earlier ones.
-    pub(super) fn prescribe(&self, sets: &[(&[usize], f64)]) -> Vec<Option<f64>> {
+    fn prescribe(&self, sets: &[(&[usize], f64)]) -> Vec<Option<f64>> {
         let mut prescribed = vec![None; self.nodes];
         for (set, value) in sets {
             set.iter().for_each(|&node| prescribed[node] = Some(*value));

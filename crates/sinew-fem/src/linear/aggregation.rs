@@ -4,7 +4,7 @@ mod blocks;
 mod multigrid;
 mod pattern;
 
-use crate::linear::{End, Sparsity, conjugate_gradients, shift_of};
+use crate::linear::{End, Iterated, Sparsity, conjugate_gradients, shift_of};
 use blocks::BlockMatrix;
 use multigrid::Multigrid;
 use pattern::Pattern;
@@ -83,10 +83,9 @@ impl Aggregation {
             if !matching {
                 self.load(matrix, self.shift);
             }
-            let most =
-                if matching { MOST_ITERATIONS } else { (-STALE * tolerance.log10()) as usize };
-            let (solution, iterations, end) =
-                self.solve(right, tolerance, most.min(MOST_ITERATIONS));
+            let stale = (-STALE * tolerance.log10()) as usize;
+            let most = if matching { MOST_ITERATIONS } else { stale.min(MOST_ITERATIONS) };
+            let (solution, iterations, end) = self.solve(right, tolerance, most);
             self.iterations += iterations;
             match end {
                 End::Converged => return Some((solution, shift_of(self.shift))),
@@ -122,13 +121,8 @@ impl Aggregation {
         None
     }
 
-    /// Solves with the last matrix, shift and hierarchy to a residual of `tolerance` times the right-hand side: the solution, the iterations and their end.
-    pub(crate) fn solve(
-        &self,
-        right: &[f64],
-        tolerance: f64,
-        most: usize,
-    ) -> (Vec<f64>, usize, End) {
+    /// Solves with the last matrix, shift and hierarchy to a residual of `tolerance` times the right-hand side.
+    pub(crate) fn solve(&self, right: &[f64], tolerance: f64, most: usize) -> Iterated {
         let Self {
             hierarchy: Some(hierarchy), pattern: Some(pattern), blocks: Some(blocks), ..
         } = self

@@ -10,7 +10,7 @@ use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LdltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw,
     SymmetricOrdering, factorize_symbolic_cholesky,
 };
-use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMatRef, Triplet};
+use faer::sparse::{SparseColMat, SparseColMatRef, Triplet};
 use faer::traits::RealField;
 use faer::{Conj, MatMut, Par, Side};
 use std::num::NonZeroUsize;
@@ -130,16 +130,12 @@ impl Factor {
 
     /// Factorises `L Lᵀ` in single precision, in half the memory and time; false where the matrix is not positive definite, or so nearly
     /// singular that this does not show.
-    pub(crate) fn positive_definite_in_single(
-        &mut self,
-        sparsity: &Sparsity,
-        matrix: &[f64],
-    ) -> bool {
+    pub(crate) fn definite_in_single(&mut self, sparsity: &Sparsity, matrix: &[f64]) -> bool {
         self.entries = Vec::new();
         let mean = sparsity.mean_diagonal(matrix);
         self.form = Form::Single(mean);
-        let scaled: Vec<f32> =
-            matrix[..sparsity.entries()].iter().map(|x| (x / mean) as f32).collect();
+        let entries = matrix[..sparsity.entries()].iter();
+        let scaled: Vec<f32> = entries.map(|x| (x / mean) as f32).collect();
         let half = SparseColMatRef::new(sparsity.pattern.as_ref(), &scaled);
         cholesky(&self.symbolic, &mut self.single, half)
             && self.pivots(&self.single).all(|pivot| pivot > 0.0 && pivot.is_finite())
@@ -229,8 +225,7 @@ impl Factor {
 }
 
 fn lower_half<'m>(sparsity: &'m Sparsity, matrix: &'m [f64]) -> SparseColMatRef<'m, usize, f64> {
-    let pattern: SymbolicSparseColMatRef<'_, usize> = sparsity.pattern.as_ref();
-    SparseColMatRef::new(pattern, &matrix[..sparsity.entries()])
+    SparseColMatRef::new(sparsity.pattern.as_ref(), &matrix[..sparsity.entries()])
 }
 
 /// Shares of the dense blocks of a large factor. The division is fixed, so that results do not depend on the number of

@@ -18,8 +18,10 @@ pub(crate) enum End {
     Failed,
 }
 
-/// Solves `A x = b` with a symmetric matrix from x = 0 (M. R. Hestenes, E. Stiefel, J. Res. NBS 49, 1952): the solution, the iterations and their
-/// end.
+/// A solution, the iterations that lead to it, and their end.
+pub(crate) type Iterated = (Vec<f64>, usize, End);
+
+/// Solves `A x = b` with a symmetric matrix from x = 0 (M. R. Hestenes, E. Stiefel, J. Res. NBS 49, 1952).
 ///
 /// They end when the residual is `tolerance` times the right-hand side, both in the norm of the preconditioner, which is close to the error in the energy norm. In
 /// the Euclidean norm smooth errors do not show.
@@ -30,7 +32,7 @@ pub(crate) fn conjugate_gradients(
     right: &[f64],
     tolerance: f64,
     most: usize,
-) -> (Vec<f64>, usize, End) {
+) -> Iterated {
     let (mut solution, mut residual) = (vec![0.0; right.len()], right.to_vec());
     let (mut direction, mut image) = (solution.clone(), solution.clone());
     let (mut first, mut slope) = (None, f64::INFINITY);

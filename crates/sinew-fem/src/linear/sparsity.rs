@@ -2,7 +2,7 @@
 
 use crate::linear::fill_reducing_order;
 use faer::sparse::SymbolicSparseColMat;
-use sinew_energy::{Body, Frames};
+use sinew_energy::{Body, Frames, PressureSurface};
 use std::ops::Range;
 
 /// Marks a degree of freedom that is prescribed, so no unknown.
@@ -57,23 +57,22 @@ impl Slots {
 }
 
 impl Sparsity {
-    pub(crate) fn new(potential: &Body) -> Self {
-        let of_patches = potential.patches.iter();
-        let patches: Vec<_> = of_patches.map(|points| patch_nodes_of(potential, points)).collect();
+    pub(crate) fn new(body: &Body) -> Self {
+        let of_patches = body.patches.iter();
+        let patches: Vec<_> = of_patches.map(|points| patch_nodes_of(body, points)).collect();
         // The nodes of a lid's rim depend on each other.
-        let lids = potential.pressures.iter().flat_map(|surface| &surface.lids);
+        let lids = body.pressures.iter().flat_map(|surface| &surface.lids);
         let lids = lids.map(|lid| &lid.nodes[..]);
-        let matrices: Vec<_> = match patches.is_empty() {
-            true => potential.cell_nodes().collect(),
+        let cells: Vec<_> = match patches.is_empty() {
+            true => body.cell_nodes().collect(),
             false => patches.iter().map(|nodes| &nodes[..]).collect(),
         };
-        let neighbours = neighbours(potential.nodes, matrices.into_iter().chain(lids));
-        let free =
-            |node: usize| (0..3).filter(move |i| potential.prescribed[3 * node + i].is_none());
-        let kept = (0..potential.nodes).filter(|&node| free(node).next().is_some()).collect();
-        let order = fill_reducing_order(&neighbours, kept, &potential.positions);
+        let neighbours = neighbours(body.nodes, cells.iter().copied().chain(lids));
+        let free = |node: usize| (0..3).filter(move |i| body.prescribed[3 * node + i].is_none());
+        let kept = (0..body.nodes).filter(|&node| free(node).next().is_some()).collect();
+        let order = fill_reducing_order(&neighbours, kept, &body.positions);
 
-        let mut unknown = vec![PRESCRIBED; potential.prescribed.len()];
+        let mut unknown = vec![PRESCRIBED; body.prescribed.len()];
         let mut degree_of_freedom = Vec::new();
         for &node in &order {
             for component in free(node) {
@@ -100,19 +99,22 @@ impl Sparsity {
         }
         let size = degree_of_freedom.len();
         let pattern = SymbolicSparseColMat::new_checked(size, size, starts, None, rows);
-        let frames = potential.frames.clone();
-        let [cells, facets, springs] = std::array::from_fn(|_| Slots::default());
-        let mut sparsity =
-            Self { degree_of_freedom, frames, pattern, cells, facets, springs, patches, unknown };
-        let surfaces = potential.pressures.iter().chain(&potential.followers);
-        let facets = surfaces.flat_map(|s| (0..s.facets()).map(|facet| s.facet_nodes(facet)));
-        sparsity.facets = sparsity.slots(facets);
-        let springs = potential.springs.iter();
-        sparsity.springs = sparsity.slots(springs.map(|s| std::slice::from_ref(&s.node)));
-        sparsity.cells = match sparsity.patches.is_empty() {
-            true => sparsity.slots(potential.cell_nodes()),
-            false => sparsity.slots(sparsity.patches.iter().map(|nodes| &nodes[..])),
+        let mut sparsity = Self {
+            degree_of_freedom,
+            frames: body.frames.clone(),
+            pattern,
+            cells: Slots::default(),
+            facets: Slots::default(),
+            springs: Slots::default(),
+            patches: Vec::new(),
+            unknown,
         };
+        let surfaces = body.pressures.iter().chain(&body.followers);
+        sparsity.facets = sparsity.slots(facets(surfaces).map(|(_, _, nodes)| nodes));
+        let springs = body.springs.iter();
+        sparsity.springs = sparsity.slots(springs.map(|s| std::slice::from_ref(&s.node)));
+        sparsity.cells = sparsity.slots(cells.into_iter());
+        sparsity.patches = patches;
         sparsity
     }
 
@@ -170,12 +172,8 @@ impl Sparsity {
     }
 
     /// [`Self::gather`] for a body whose unknowns are along other axes.
-    pub(crate) fn gather_along(
-        &self,
-        frames: &Frames,
-        vector: &[f64],
-    ) -> impl Iterator<Item = f64> {
-        self.degree_of_freedom.iter().map(|&dof| frames.component(dof, vector))
+    pub(crate) fn gather_along(&self, frames: &Frames, from: &[f64]) -> impl Iterator<Item = f64> {
+        self.degree_of_freedom.iter().map(|&dof| frames.component(dof, from))
     }
 
     /// Adds values of the unknowns to a Cartesian vector over all degrees of freedom.
@@ -225,12 +223,22 @@ impl Sparsity {
 }
 
 /// Nodes of a patch of quadrature points, ascending.
-pub(crate) fn patch_nodes_of(potential: &Body, points: &[usize]) -> Vec<usize> {
+pub(crate) fn patch_nodes_of(body: &Body, points: &[usize]) -> Vec<usize> {
     let mut nodes: Vec<_> =
-        points.iter().flat_map(|&point| potential.nodes_of_point(point)).copied().collect();
+        points.iter().flat_map(|&point| body.nodes_of_point(point)).copied().collect();
     nodes.sort_unstable();
     nodes.dedup();
     nodes
+}
+
+/// The facets of surfaces, one after the other: surface, number on it, and nodes.
+pub(crate) fn facets<'s>(
+    surfaces: impl IntoIterator<Item = &'s PressureSurface>,
+) -> impl Iterator<Item = (&'s PressureSurface, usize, &'s [usize])> {
+    let of_surface = |surface: &'s PressureSurface| {
+        (0..surface.facets()).map(move |facet| (surface, facet, surface.facet_nodes(facet)))
+    };
+    surfaces.into_iter().flat_map(of_surface)
 }
 
 /// Nodes that share a cell, or a rim, with each node, ascending, without the node itself.

@@ -3,8 +3,8 @@
 
 use crate::elements::{System, load_gradient};
 use crate::linear::{
-    End, LinearOutcome, MOST_COUNTED, MOST_ITERATIONS, MOST_SHIFTS, MOST_SINGLE, Method, Shifted,
-    gmres,
+    End, Iterated, LinearOutcome, MOST_COUNTED, MOST_ITERATIONS, MOST_SHIFTS, MOST_SINGLE, Method,
+    Shifted, gmres,
 };
 use crate::{Result, SolveError};
 
@@ -27,7 +27,7 @@ impl System<'_> {
     pub(crate) fn factorise(&mut self, definite: bool) -> Option<(f64, usize)> {
         let (sparsity, matrix) = (&*self.sparsity, &mut self.assembly.matrix);
         if let Some(coupling) = &mut self.coupling {
-            coupling.factorise(self.body)?;
+            coupling.factorise()?;
         }
         if self.method == Method::Aggregation {
             if self.factor.entries() > MOST_SINGLE {
@@ -36,7 +36,7 @@ impl System<'_> {
             }
             self.aggregation.drop_hierarchy();
             self.iterates = false;
-            if self.factor.positive_definite_in_single(sparsity, matrix) {
+            if self.factor.definite_in_single(sparsity, matrix) {
                 return Some((0.0, 0));
             }
         }
@@ -44,9 +44,8 @@ impl System<'_> {
         if self.factor.positive_definite(sparsity, matrix) {
             return Some((0.0, 0));
         }
-        if let Some(negative) =
-            (!definite).then(|| self.factor.indefinite(sparsity, matrix)).flatten()
-        {
+        let counted = if definite { None } else { self.factor.indefinite(sparsity, matrix) };
+        if let Some(negative) = counted {
             return Some((0.0, negative));
         }
         Some((self.factor.shifted(sparsity, matrix)?, 1))
@@ -93,7 +92,7 @@ impl System<'_> {
     }
 
     /// Solves with the stiffness and the shift of the last [`System::iterate`].
-    fn iterate_again(&self, right: &[f64], tolerance: f64) -> (Vec<f64>, usize, End) {
+    fn iterate_again(&self, right: &[f64], tolerance: f64) -> Iterated {
         let aggregation = &self.aggregation;
         rayon::scope(|_| aggregation.solve(right, tolerance, MOST_ITERATIONS))
     }
@@ -133,7 +132,7 @@ impl System<'_> {
             if let Some(coupling) = &self.coupling {
                 coupling.solve_schur(pressures);
                 let mut full = vec![0.0; self.body.prescribed.len()];
-                coupling.add_forces(self.body, pressures, &mut full);
+                coupling.add_forces(pressures, &mut full);
                 let gathered = self.sparsity.gather(&full);
                 forces.iter_mut().zip(gathered).for_each(|(force, more)| *force -= more);
             }

@@ -39,18 +39,6 @@ impl Search<'_> {
     fn relaxed(&self) -> bool {
         self.rises < MOST_RISES
     }
-
-    /// Moves on to `trial`, which has the energy `reached`, from a state with `energy`.
-    fn accept(&mut self, lowered: bool, reached: f64, energy: f64, trial: Vec<f64>) {
-        let left = std::mem::replace(&mut self.at.displacement, trial);
-        if !lowered {
-            self.rises += 1;
-            self.watchdog.get_or_insert(Watchdog { displacement: left, energy });
-        } else if self.watchdog.as_ref().is_some_and(|watch| reached < watch.energy) {
-            self.rises = 0;
-            self.watchdog = None;
-        }
-    }
 }
 
 impl System<'_> {
@@ -106,7 +94,13 @@ impl System<'_> {
             let least = LEAST_VOLUME_OF_RISE * self.assembly.least_volume_ratio.min(1.0);
             let keeps_volume = || self.least_volume_ratio(&trial) >= least;
             if lowered || (search.relaxed() && bearable && keeps_volume()) {
-                search.accept(lowered, reached, energy, trial);
+                let displacement = std::mem::replace(&mut search.at.displacement, trial);
+                if !lowered {
+                    search.rises += 1;
+                    search.watchdog.get_or_insert(Watchdog { displacement, energy });
+                } else if search.watchdog.as_ref().is_some_and(|watch| reached < watch.energy) {
+                    (search.rises, search.watchdog) = (0, None);
+                }
                 search.predicted = predicted.or_else(|| self.predicted(direction, length));
                 return Some(length);
             }

@@ -78,14 +78,9 @@ impl Path<'_, '_, '_> {
     }
 
     /// The equilibrium under the whole load, near to a state.
-    pub(crate) fn at_once(
-        &mut self,
-        from: &Unknowns,
-        most_indefinite: usize,
-    ) -> Option<Equilibrium> {
-        let start = Point::at_end(from.clone());
-        let accuracy = self.accuracy();
-        let goal = Goal { line: &self.line, plane: None, accuracy, most_indefinite };
+    fn at_once(&mut self, from: &Unknowns, patience: usize) -> Option<Equilibrium> {
+        let (start, accuracy) = (Point::at_end(from.clone()), self.accuracy());
+        let goal = Goal { line: &self.line, plane: None, accuracy, most_indefinite: patience };
         self.system.equilibrium(start, goal, &self.options, &mut self.log)
     }
 

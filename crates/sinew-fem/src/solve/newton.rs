@@ -400,7 +400,7 @@ impl System<'_> {
         let free = response.len();
         response.resize(free + self.pressures(), 0.0);
         if let Some(coupling) = &self.coupling {
-            coupling.add_volume_changes(self.body, motion, &mut response[free..]);
+            coupling.add_volume_changes(motion, &mut response[free..]);
         }
         response
     }

@@ -10,7 +10,6 @@ use crate::solve::{SUFFICIENT, flattens, minds_turned_cells};
 use crate::{Result, SolveError, Solver};
 use sinew_energy::metrics::mean_and_largest;
 use sinew_energy::{Body, Frames};
-use std::collections::VecDeque;
 use std::time::Instant;
 
 /// Step pairs kept by the L-BFGS update; few steps are taken, so that more pairs would not help.
@@ -185,10 +184,12 @@ impl System<'_> {
             let mut solved = at.slope.clone();
             self.back_substitute(&mut solved);
             if let Some((from, before)) = last.take() {
-                memory.extend(self.pair([&from, &at], [&before, &solved], frames));
+                memory.0.extend(self.pair([&from, &at], [&before, &solved], frames));
+                memory.0.drain(..memory.0.len().saturating_sub(MEMORY));
             }
             let first = memory.0.is_empty();
-            let direction = memory.applied(&at.slope, &solved, memory.scale());
+            let scale = memory.0.last().map_or(1.0, |pair| pair.scale);
+            let direction = memory.applied(&at.slope, &solved, scale);
             if steps == 0 && !direction.iter().all(|d| d.is_finite()) {
                 return Err(SolveError::Singular);
             }
@@ -329,7 +330,7 @@ fn left_open(lengths: &[f64], seen: usize) -> f64 {
 /// Step pairs of an L-BFGS iteration. Each change of the gradient is kept with its solve by the frozen stiffness, so
 /// that a step needs one back-substitution.
 #[derive(Default)]
-struct Memory(VecDeque<Pair>);
+struct Memory(Vec<Pair>);
 
 /// A step with the change of the slope along it.
 struct Pair {
@@ -344,18 +345,6 @@ struct Pair {
 }
 
 impl Memory {
-    fn extend(&mut self, pair: Option<Pair>) {
-        self.0.extend(pair);
-        if self.0.len() > MEMORY {
-            self.0.pop_front();
-        }
-    }
-
-    /// Scale of the initial inverse, from the last pair.
-    fn scale(&self) -> f64 {
-        self.0.back().map_or(1.0, |pair| pair.scale)
-    }
-
     /// Two estimates of the error at a state: the slope solved by the frozen stiffness, and the quasi-Newton
     /// direction. The scale of the initial inverse is the largest of all pairs, one at least: a step along stiff directions makes it small,
     /// and soft ones would count for nothing.

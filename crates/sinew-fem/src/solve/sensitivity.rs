@@ -114,9 +114,7 @@ impl System<'_> {
         load_factor: f64,
     ) -> Result<f64> {
         self.assemble(at, theta, load_factor, None);
-        if !self.assembly.is_finite() {
-            return Err(SolveError::Inadmissible { cell: self.assembly.worst_cell });
-        }
+        self.assembly.check()?;
         let (shift, _) = self.factorise(false).ok_or(SolveError::Singular)?;
         if shift > 0.0 && self.body.has_potential() { Err(SolveError::Singular) } else { Ok(shift) }
     }

@@ -124,8 +124,7 @@ impl<'p> Solver<'p> {
         let System { body, sparsity, assembly, .. } = &mut self.system;
         assembly.nearly_incompressible = is_nearly_incompressible(body, theta);
         assembly.assemble(body, sparsity, state, predicted);
-        let cell = assembly.worst_cell;
-        if assembly.is_finite() { Ok(()) } else { Err(SolveError::Inadmissible { cell }) }
+        assembly.check()
     }
 
     /// The equilibrium for θ, starting from the reference configuration.

@@ -128,8 +128,8 @@ impl Solver<'_> {
         }
         let along: Vec<_> = from.iter().zip(theta).map(|(&a, &b)| tangent_step(a, b)).collect();
         let gradient_at = |sign: f64| {
-            let moved: Vec<_> =
-                from.iter().zip(&along).map(|(t, d)| t + sign * DIFFERENCE * d).collect();
+            let moved = from.iter().zip(&along).map(|(t, d)| t + sign * DIFFERENCE * d);
+            let moved: Vec<_> = moved.collect();
             let mut gradient = vec![0.0; displacement.len()];
             self.body().value_and_gradient(displacement, &moved, &mut gradient);
             gradient
@@ -158,7 +158,20 @@ fn tangent_step(a: f64, b: f64) -> f64 {
 
 /// Nearest-neighbour order of parameter sets, from the first one; distances are in the logarithms of positive entries.
 pub fn neighbours(thetas: &[Vec<f64>]) -> Vec<usize> {
-    nearest_neighbour_path(&log_coordinates(thetas))
+    let points = log_coordinates(thetas);
+    let mut left: Vec<_> = (0..points.len()).collect();
+    let mut path = Vec::with_capacity(points.len());
+    let mut current = 0;
+    loop {
+        let distance = |&index: &usize| -> f64 {
+            points[current].iter().zip(&points[index]).map(|(a, b)| (a - b) * (a - b)).sum()
+        };
+        let distances = left.iter().map(distance).enumerate();
+        // The first of equals.
+        let Some((place, _)) = distances.min_by(|a, b| a.1.total_cmp(&b.1)) else { return path };
+        current = left.remove(place);
+        path.push(current);
+    }
 }
 
 /// Entries of θ as coordinates: the logarithm where a column is positive, scaled to [0, 1].
@@ -180,22 +193,6 @@ fn log_coordinates(thetas: &[Vec<f64>]) -> Vec<Vec<f64>> {
         }
     }
     coordinates
-}
-
-/// Starts at the first point and goes on to the nearest unvisited one, the first of equals.
-fn nearest_neighbour_path(points: &[Vec<f64>]) -> Vec<usize> {
-    let mut left: Vec<_> = (0..points.len()).collect();
-    let mut path = Vec::with_capacity(points.len());
-    let mut current = 0;
-    loop {
-        let distance = |&index: &usize| -> f64 {
-            points[current].iter().zip(&points[index]).map(|(a, b)| (a - b) * (a - b)).sum()
-        };
-        let distances = left.iter().map(distance).enumerate();
-        let Some((place, _)) = distances.min_by(|a, b| a.1.total_cmp(&b.1)) else { return path };
-        current = left.remove(place);
-        path.push(current);
-    }
 }
 
 /// Most halvings of the step between two θ before the path ends: its end is known to a thousandth of that step.

@@ -1,7 +1,9 @@
 //! The image, a body at rest on trial, the balance of both and how it changes at a quadrature point, and the body found.
 
-use crate::elements::{Followers, System, largest, least, load_gradient, per_cell, product};
-use crate::linear::{Norm, norm};
+use crate::elements::{
+    Followers, System, largest, least, load_gradient, per_cell, product, tangent_times,
+};
+use crate::linear::{Norm, add, norm};
 use crate::{CellValue, Options};
 use sinew_energy::{Body, Fibres};
 use sinew_num::{Mat3, cross};
@@ -45,17 +47,15 @@ impl Trial {
         let displacement: Vec<f64> = motion.iter().map(|w| -w).collect();
         let loads = loads(&rest, &displacement, level);
         let mut forces = inner_forces(&rest, &displacement, &level.theta)?;
-        forces.iter_mut().zip(&loads).for_each(|(force, load)| *force += load);
+        add(&mut forces, 1.0, &loads);
         let sparsity = &image.system.sparsity;
         let residual: Vec<f64> = sparsity.gather(&forces).collect();
-        let mut size = Norm::default();
-        loads.iter().for_each(|&load| size.add(load));
         let held = rest.prescribed.iter().enumerate().filter(|(_, held)| held.is_some());
-        held.for_each(|(dof, _)| size.add(rest.frames.component(dof, &forces)));
+        let reactions = held.map(|(dof, _)| rest.frames.component(dof, &forces));
+        let scale = loads.into_iter().chain(reactions).collect::<Norm>().value();
         let force = norm(&residual);
         let ratios = rest.volumes.iter().zip(&image.system.body.volumes);
         let least = ratios.map(|(rest, image)| rest / image).fold(f64::INFINITY, f64::min);
-        let scale = size.value();
         let finite = force.is_finite() && scale.is_finite();
         finite.then_some(Self { motion, rest, displacement, residual, force, scale, least })
     }
@@ -198,6 +198,9 @@ impl Default for UnloadOptions {
     }
 }
 
+/// A tensor of fourth order: entry `ijkl` in row `3i + j` and column `3k + l`.
+pub(super) type Tensor = [[f64; 9]; 9];
+
 /// A quadrature point of the image. With E = ∂δX/∂x the unloaded body changes by δF = −F D and δV = V tr D, where D = E F; directions that
 /// are carried turn by a spin W of the reference. The law does not see that spin, so `P(F, Q d) = P(F Q, d) Qᵀ` gives what it
 /// does to the stress from the tangent A alone: `δP = A : F(W − D) − P W`.
@@ -205,7 +208,7 @@ pub(super) struct PointRate {
     /// Kirchhoff stress τ = P Fᵀ \[stress\].
     pub kirchhoff: Mat3<f64>,
     /// `∂τ_ij/∂E_kl` in row `3i + j` and column `3k + l`.
-    pub rate: [[f64; 9]; 9],
+    pub rate: Tensor,
     /// `∂τ/∂s` where F is scaled by eˢ.
     pub by_scale: Mat3<f64>,
     /// `∂ tr D/∂E_kl`.
@@ -215,12 +218,6 @@ pub(super) struct PointRate {
 /// `A Bᵀ`.
 fn product_transposed(a: &Mat3<f64>, b: &Mat3<f64>) -> Mat3<f64> {
     Mat3::from_fn(|i, j| a[i][0] * b[j][0] + a[i][1] * b[j][1] + a[i][2] * b[j][2])
-}
-
-/// `T : G`.
-fn contract(tensor: &[[f64; 9]; 9], g: &Mat3<f64>) -> Mat3<f64> {
-    let flat = g.0.as_flattened();
-    Mat3::from_fn(|i, j| (0..9).fold(0.0, |sum, kl| sum + tensor[3 * i + j][kl] * flat[kl]))
 }
 
 impl PointRate {
@@ -238,7 +235,7 @@ impl PointRate {
         }
         let (f, f_bar, stress) = (h.plus_identity(), scaled.plus_identity(), &response.stress);
         let spatial = pushed(&response.tangent, &f_bar);
-        let along = product_transposed(&contract(&response.tangent, &f_bar), &f_bar);
+        let along = product_transposed(&tangent_times(&response.tangent, &f_bar), &f_bar);
         let kirchhoff = product_transposed(stress, &f_bar);
         let (first, mut rate) = (product_transposed(stress, &f), [[0.0; 9]; 9]);
         for (row, entries) in rate.iter_mut().enumerate() {
@@ -260,7 +257,7 @@ impl PointRate {
     }
 
     /// The rate with `by_scale ⊗ trace` times a weight and `τ ⊗ trace` added.
-    pub(super) fn with_volume(&self, by_scale: f64) -> [[f64; 9]; 9] {
+    pub(super) fn with_volume(&self, by_scale: f64) -> Tensor {
         let mut rate = self.rate;
         for (row, entries) in rate.iter_mut().enumerate() {
             let (i, j) = (row / 3, row % 3);
@@ -272,7 +269,7 @@ impl PointRate {
 }
 
 /// `∂(A : F̄ G) F̄ᵀ/∂G`.
-fn pushed(tangent: &[[f64; 9]; 9], f: &Mat3<f64>) -> [[f64; 9]; 9] {
+fn pushed(tangent: &Tensor, f: &Mat3<f64>) -> Tensor {
     let mut right = [[0.0; 9]; 9];
     for (to, from) in right.iter_mut().zip(tangent) {
         for m in 0..3 {
@@ -295,17 +292,17 @@ fn pushed(tangent: &[[f64; 9]; 9], f: &Mat3<f64>) -> [[f64; 9]; 9] {
 /// Adds what the spin of carried directions does: that of the frame Q of `f M = Q R` with R upper triangular is
 /// `W = Σ_{i>j} (q_i · D q_j) (q_i q_jᵀ − q_j q_iᵀ)`.
 fn add_spins(
-    rate: &mut [[f64; 9]; 9],
+    rate: &mut Tensor,
     directions: &[[f64; 3]],
     [f, f_bar]: [&Mat3<f64>; 2],
     stress: &Mat3<f64>,
-    spatial: &[[f64; 9]; 9],
+    spatial: &Tensor,
 ) {
     let Some(q) = completed(directions) else { return };
     for (i, j) in [(1, 0), (2, 0), (2, 1)] {
         let spin = Mat3::from_fn(|a, b| q[i][a] * q[j][b] - q[j][a] * q[i][b]);
         let direct = product_transposed(&product(stress, &spin), f_bar);
-        let change = contract(spatial, &spin);
+        let change = tangent_times(spatial, &spin);
         let moved = f.apply(&q[j]);
         for (row, entries) in rate.iter_mut().enumerate() {
             let weight = change[row / 3][row % 3] - direct[row / 3][row % 3];

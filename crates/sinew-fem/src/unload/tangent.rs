@@ -1,8 +1,8 @@
 //! The derivative of the balance of the image in the positions at rest.
 
 use super::lu::Entries;
-use crate::linear::Sparsity;
-use crate::unload::state::{Image, Level, PointRate, Trial};
+use crate::linear::{Sparsity, facets};
+use crate::unload::state::{Image, Level, PointRate, Tensor, Trial};
 use rayon::prelude::*;
 use sinew_energy::{Body, PressureForm, PressureSurface, ReferenceSurface, SurfaceResponse};
 use sinew_num::{Scalar, Slope, cross, dot3};
@@ -33,13 +33,7 @@ impl<'n> Block<'n> {
     }
 
     /// Adds `weight × g_aj T_ijkl g_bl` of the nodes at `local` places.
-    fn add_point(
-        &mut self,
-        local: &[usize],
-        shape: &[[f64; 3]],
-        weight: f64,
-        rate: &[[f64; 9]; 9],
-    ) {
+    fn add_point(&mut self, local: &[usize], shape: &[[f64; 3]], weight: f64, rate: &Tensor) {
         let size = self.size();
         for (&a, g) in local.iter().zip(shape) {
             for i in 0..3 {
@@ -67,16 +61,10 @@ impl<'n> Block<'n> {
 }
 
 /// Adds `weight × v : ∇` of a matrix v to a vector over the nodes at `local` places.
-fn add_gradient(
-    vector: &mut [f64],
-    local: &[usize],
-    shape: &[[f64; 3]],
-    weight: f64,
-    v: &[f64; 9],
-) {
+fn add_gradient(to: &mut [f64], local: &[usize], shape: &[[f64; 3]], weight: f64, v: &[f64; 9]) {
     for (&b, g) in local.iter().zip(shape) {
         for k in 0..3 {
-            vector[3 * b + k] += weight * (0..3).map(|l| v[3 * k + l] * g[l]).sum::<f64>();
+            to[3 * b + k] += weight * (0..3).map(|l| v[3 * k + l] * g[l]).sum::<f64>();
         }
     }
 }
@@ -115,11 +103,9 @@ impl Image<'_> {
             }
         }
         let thesis = |p: &&PressureSurface| p.triangles == Some(PressureForm::Thesis);
-        for surface in trial.rest.pressures.iter().filter(thesis) {
+        for (surface, facet, nodes) in facets(trial.rest.pressures.iter().filter(thesis)) {
             let magnitude = level.factor * surface.magnitude.value(&level.theta);
-            for facet in 0..surface.facets() {
-                add(of_thesis_pressure(surface, facet, &trial.displacement, magnitude), None);
-            }
+            add(of_thesis_pressure(surface, facet, nodes, &trial.displacement, magnitude), None);
         }
         Some(tangent)
     }
@@ -188,8 +174,8 @@ impl At<'_> {
         for (at, &point) in points.iter().enumerate() {
             let (h, scaled) = (&kinematics.gradients[at], &kinematics.scaled[at]);
             let rate = PointRate::new(rest, point, parameters, [h, scaled], carries)?;
-            let (shape, volume, local) =
-                (body.shape_of_point(point), rest.volumes[point], places(point));
+            let (shape, volume) = (body.shape_of_point(point), rest.volumes[point]);
+            let local = places(point);
             let mut whole = rate.with_volume(1.0 / 3.0);
             let third: [f64; 9] =
                 std::array::from_fn(|kl| (whole[0][kl] + whole[4][kl] + whole[8][kl]) / 3.0);
@@ -220,7 +206,7 @@ impl At<'_> {
     fn facet<'n>(&self, surface: &ReferenceSurface, facet: &'n [usize]) -> Block<'n> {
         let Self { trial, level, .. } = *self;
         let mut block = Block::new(facet);
-        let size = block.size();
+        let (size, plane) = (block.size(), surface.rule.dimension == 2);
         for point in &surface.rule.points {
             let [s, t] = surface.tangents(facet, point, &trial.rest.positions);
             let normal = cross(&s, &t);
@@ -241,8 +227,7 @@ impl At<'_> {
                     let force = area * (u[i] * surface.tangential + traction) + along * normal[i];
                     for column in 0..size {
                         let (b, k) = (column / 3, column % 3);
-                        let across =
-                            if surface.rule.dimension == 2 { 0.0 } else { point.slope[1][b] };
+                        let across = if plane { 0.0 } else { point.slope[1][b] };
                         let own = if a == b { force.gradient[6 + k] } else { 0.0 };
                         let moved =
                             point.slope[0][b] * force.gradient[k] + across * force.gradient[3 + k];
@@ -280,12 +265,12 @@ impl Tangent {
 /// Pressure by the thesis' formula. At a fixed current position it is linear in the displacement, so that a difference
 /// is exact.
 fn of_thesis_pressure<'n>(
-    surface: &'n PressureSurface,
+    surface: &PressureSurface,
     facet: usize,
+    nodes: &'n [usize],
     displacement: &[f64],
     magnitude: f64,
 ) -> Block<'n> {
-    let nodes = surface.facet_nodes(facet);
     let mut block = Block::new(nodes);
     let size = block.size();
     let alone = PressureSurface {

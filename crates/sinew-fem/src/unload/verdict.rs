@@ -1,13 +1,13 @@
 //! Checks of a body at rest after the search: by a state halfway on the curve of its equilibria, or by loading it.
 
 use crate::elements::{Residual, State, System, Unknowns};
-use crate::linear::{dot, norm};
+use crate::linear::{dot, facets, norm};
 use crate::solve::{Path, Plane, Point};
 use crate::unload::state::{Image, Loading, Trial, UnloadOptions};
 use crate::unload::{Result, UnloadError};
 use crate::{LoadSteps, Options, SolveError, Solver};
+use sinew_energy::Body;
 use sinew_energy::metrics::mean_and_largest;
-use sinew_energy::{Body, PressureSurface};
 use sinew_mesh::{TriangleMesh, self_intersections};
 use std::collections::HashSet;
 use std::time::Instant;
@@ -75,13 +75,9 @@ impl Image<'_> {
         let points = self.system.body.positions.clone();
         let before = self_intersections(&TriangleMesh { points, ..surface });
         let new: Vec<_> = found.iter().filter(|pair| !before.contains(pair)).collect();
-        match new.first() {
-            None => Ok(()),
-            Some(pair) => {
-                let cells = pair.map(|triangle| cells[triangle]);
-                Err(UnloadError::CrossesItself { pairs: new.len(), cells })
-            }
-        }
+        let Some(pair) = new.first() else { return Ok(()) };
+        let cells = pair.map(|triangle| cells[triangle]);
+        Err(UnloadError::CrossesItself { pairs: new.len(), cells })
     }
 }
 
@@ -182,10 +178,10 @@ impl ThinWall {
             return None;
         }
         let surfaces = body.pressures.iter().chain(system.followers.surfaces);
-        let facets = || surfaces.clone().flat_map(facets_of);
-        let pressed: HashSet<usize> = facets().flatten().copied().collect();
+        let facets: Vec<_> = facets(surfaces).map(|(_, _, nodes)| nodes).collect();
+        let pressed: HashSet<usize> = facets.iter().copied().flatten().copied().collect();
         let far = far_side(body, &pressed);
-        let under: HashSet<_> = facets().map(sorted).collect();
+        let under: HashSet<_> = facets.into_iter().map(sorted).collect();
         let (mut through, mut cells) = (0, 0);
         for nodes in body.cell_nodes() {
             for corner in 0..4 {
@@ -199,10 +195,6 @@ impl ThinWall {
         let thin = through as f64 > MOST_THROUGH * cells as f64;
         thin.then_some(Self { through, cells })
     }
-}
-
-fn facets_of(surface: &PressureSurface) -> impl Iterator<Item = &[usize]> {
-    (0..surface.facets()).map(|facet| surface.facet_nodes(facet))
 }
 
 fn sorted(nodes: &[usize]) -> Vec<usize> {

@@ -71,12 +71,12 @@ impl System<'_> {
         let (body, State { displacement, theta, load_factor, .. }) = (self.body, state);
         let at = Unknowns::of(displacement);
         self.assemble(&at, theta, load_factor, None);
-        if !self.assembly.is_finite() {
-            return Err(SolveError::Inadmissible { cell: self.assembly.worst_cell });
-        }
+        self.assembly.check()?;
         let mut motion = vec![0.0; displacement.len()];
         place(body, 1.0, &mut motion);
-        let tension = self.tension(theta);
+        // Active stress counts as a load, the rest of θ does not.
+        let mut tension = vec![0.0; theta.len()];
+        self.stressing_entries(theta).into_iter().for_each(|at| tension[at] = theta[at]);
         let mut rate = self.load_derivative(displacement, theta);
         let more = self.response_to_supports(state, &motion).into_iter();
         let more = more.zip(self.rate_by_theta(state, &tension));
@@ -120,13 +120,6 @@ impl System<'_> {
         let definite = stable && self.relax_modes(&enriched, residual, &mut better);
         let linear = if body.patches.is_empty() { linear } else { own.clone() };
         Ok(Responses { own, linear, better, definite })
-    }
-
-    /// θ with the entries of active stress alone, which count as loads.
-    fn tension(&self, theta: &[f64]) -> Vec<f64> {
-        let mut tension = vec![0.0; theta.len()];
-        self.stressing_entries(theta).into_iter().for_each(|at| tension[at] = theta[at]);
-        tension
     }
 
     /// Factorises the assembled stiffness: the response of all nodes to a rate of the unbalanced forces, and whether it is positive definite.
@@ -199,9 +192,8 @@ impl System<'_> {
             // Written so that a NaN is no minimum.
             let convex = curvature > 0.0;
             if !convex {
-                return settled
-                    .map(|before: Vec<f64>| displacement.copy_from_slice(&before))
-                    .is_some();
+                settled.iter().for_each(|before: &Vec<f64>| displacement.copy_from_slice(before));
+                return settled.is_some();
             }
             let length = size / curvature;
             add(displacement, -length, &nodal);

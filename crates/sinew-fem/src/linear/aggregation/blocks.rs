@@ -1,23 +1,13 @@
 //! Sparse matrices of small dense blocks.
 
-use nalgebra::SMatrix;
+use nalgebra::{RealField, SMatrix};
 use rayon::prelude::*;
-use std::ops::{AddAssign, Mul, SubAssign};
 
 /// Rows of one task: a fixed division, so that results do not depend on the number of threads.
 pub(super) const ROWS: usize = 256;
 
 /// A small dense matrix.
 pub(super) type Block<T, const R: usize, const C: usize> = [[T; C]; R];
-
-/// Numbers of a block: `f32` or `f64`.
-pub(super) trait Real:
-    Copy + Default + Send + Sync + Mul<Output = Self> + AddAssign + SubAssign
-{
-}
-
-impl Real for f32 {}
-impl Real for f64 {}
 
 /// A sparse matrix of `R × C` blocks, compressed by rows; columns ascend in each row.
 pub(super) struct BlockMatrix<T, const R: usize, const C: usize> {
@@ -28,7 +18,7 @@ pub(super) struct BlockMatrix<T, const R: usize, const C: usize> {
     pub blocks: Vec<Block<T, R, C>>,
 }
 
-impl<T: Real, const R: usize, const C: usize> BlockMatrix<T, R, C> {
+impl<T: RealField + Copy, const R: usize, const C: usize> BlockMatrix<T, R, C> {
     /// Number of block rows.
     pub(super) fn height(&self) -> usize {
         self.starts.len() - 1
@@ -42,7 +32,7 @@ impl<T: Real, const R: usize, const C: usize> BlockMatrix<T, R, C> {
 
     /// The matrix times a vector.
     pub(super) fn multiply(&self, from: &[[T; C]]) -> Vec<[T; R]> {
-        let mut to = vec![[T::default(); R]; self.height()];
+        let mut to = vec![[T::zero(); R]; self.height()];
         self.for_rows(from, &mut to, |to, product| *to = product);
         to
     }
@@ -61,7 +51,7 @@ impl<T: Real, const R: usize, const C: usize> BlockMatrix<T, R, C> {
     ) {
         to.par_chunks_mut(ROWS).enumerate().for_each(|(chunk, to)| {
             for (inside, to) in to.iter_mut().enumerate() {
-                let mut sum = [T::default(); R];
+                let mut sum = [T::zero(); R];
                 for (column, block) in self.row(chunk * ROWS + inside) {
                     let product = times(block, &from[column]);
                     (0..R).for_each(|i| sum[i] += product[i]);
@@ -77,7 +67,7 @@ impl<T: Real, const R: usize, const C: usize> BlockMatrix<T, R, C> {
         (0..self.width).for_each(|i| starts[i + 1] += starts[i]);
         let mut next = starts.clone();
         let mut columns = vec![0; self.columns.len()];
-        let mut blocks = vec![[[T::default(); R]; C]; self.columns.len()];
+        let mut blocks = vec![[[T::zero(); R]; C]; self.columns.len()];
         for row in 0..self.height() {
             for (column, block) in self.row(row) {
                 let slot = next[column];
@@ -119,7 +109,7 @@ impl<T: Real, const R: usize, const C: usize> BlockMatrix<T, R, C> {
             starts.extend(ends.iter().map(|end| columns.len() + end));
             columns.extend(chunk_columns);
         }
-        let blocks = vec![[[T::default(); E]; R]; columns.len()];
+        let blocks = vec![[[T::zero(); E]; R]; columns.len()];
         let mut product = BlockMatrix { width: right.width, starts, columns, blocks };
         let tables = || vec![0; right.width];
         product.change_rows(tables, |slots, row, columns, blocks| {
@@ -144,8 +134,8 @@ impl<T: Real, const R: usize, const C: usize> BlockMatrix<T, R, C> {
         let (height, mut tasks, mut rest) = (self.height(), Vec::new(), &mut self.blocks[..]);
         for first in (0..height).step_by(ROWS) {
             let rows = first..height.min(first + ROWS);
-            let (blocks, others) =
-                rest.split_at_mut(self.starts[rows.end] - self.starts[rows.start]);
+            let size = self.starts[rows.end] - self.starts[rows.start];
+            let (blocks, others) = rest.split_at_mut(size);
             tasks.push((rows, blocks));
             rest = others;
         }
@@ -176,7 +166,7 @@ pub(super) fn single<const R: usize, const C: usize>(block: &Block<f64, R, C>) -
 }
 
 /// `to += left · right`.
-pub(super) fn add_product<T: Real, const R: usize, const C: usize, const E: usize>(
+pub(super) fn add_product<T: RealField + Copy, const R: usize, const C: usize, const E: usize>(
     left: &Block<T, R, C>,
     right: &Block<T, C, E>,
     to: &mut Block<T, R, E>,
@@ -189,12 +179,12 @@ pub(super) fn add_product<T: Real, const R: usize, const C: usize, const E: usiz
 }
 
 /// A block times a vector.
-pub(super) fn times<T: Real, const R: usize, const C: usize>(
+pub(super) fn times<T: RealField + Copy, const R: usize, const C: usize>(
     block: &Block<T, R, C>,
     x: &[T; C],
 ) -> [T; R] {
     block.map(|row| {
-        let mut sum = T::default();
+        let mut sum = T::zero();
         (0..C).for_each(|j| sum += row[j] * x[j]);
         sum
     })

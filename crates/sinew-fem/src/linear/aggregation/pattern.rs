@@ -3,8 +3,9 @@
 use crate::linear::Sparsity;
 use crate::linear::aggregation::blocks::{Block, BlockMatrix};
 use rayon::prelude::*;
+use sinew_num::sub3;
 
-/// No slot.
+/// No slot, or no group.
 const NONE: u32 = u32::MAX;
 
 /// The places of a matrix and its vectors in blocks of nodes.
@@ -111,9 +112,8 @@ impl Pattern {
     ) -> Vec<Block<f64, 3, MODES>> {
         let (nodes, _) = positions.as_chunks::<3>();
         let count = nodes.len() as f64;
-        let centre: [f64; 3] =
-            std::array::from_fn(|i| nodes.iter().map(|x| x[i]).sum::<f64>() / count);
-        let arm = |x: &[f64; 3]| -> [f64; 3] { std::array::from_fn(|i| x[i] - centre[i]) };
+        let centre = [0, 1, 2].map(|i| nodes.iter().map(|x| x[i]).sum::<f64>() / count);
+        let arm = |x: &[f64; 3]| sub3(x, &centre);
         let square = nodes.iter().flat_map(arm).map(|x| x * x).sum::<f64>() / count;
         let unit = if square > 0.0 { 1.0 / square.sqrt() } else { 1.0 };
         let mut modes = vec![[[0.0; MODES]; 3]; self.diagonal.len()];
@@ -153,7 +153,6 @@ pub(super) fn groups<const B: usize>(
     matrix: &BlockMatrix<f64, B, B>,
     strong: f64,
 ) -> (Vec<u32>, usize) {
-    const NONE: u32 = u32::MAX;
     let size = matrix.height();
     let square = |block: &Block<f64, B, B>| block.as_flattened().iter().map(|x| x * x).sum::<f64>();
     let diagonal = |row| matrix.row(row).find(|&(c, _)| c == row).map_or(0.0, |(_, b)| square(b));
