@@ -222,17 +222,11 @@ pub struct RigidMode {
 
 impl fmt::Display for RigidMode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (translation, rotation) = (norm(&self.translation), norm(&self.rotation));
-        if translation > NAMED {
-            write!(f, "translation along {}", in_words(&self.translation))?;
-        }
-        if translation > NAMED && rotation > NAMED {
-            write!(f, " with ")?;
-        }
-        if rotation > NAMED {
-            write!(f, "rotation about {}", in_words(&self.rotation))?;
-        }
-        Ok(())
+        let parts = [("translation along", self.translation), ("rotation about", self.rotation)];
+        let parts = parts.iter().filter(|(_, axis)| norm(axis) > NAMED);
+        let parts: Vec<_> =
+            parts.map(|(what, axis)| format!("{what} {}", in_words(axis))).collect();
+        f.write_str(&parts.join(" with "))
     }
 }
 

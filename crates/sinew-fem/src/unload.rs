@@ -209,6 +209,50 @@ impl<'p> Unload<'p> {
         let motion = vec![0.0; self.image.system.body.prescribed.len()];
         self.image.moved(&motion).ok_or(SolveError::Inadmissible { cell: 0 })
     }
+
+    /// Another loaded state of a body at rest: the equilibrium for other loads and tensions in θ, from a displacement near it \[length\],
+    /// counted from rest.
+    ///
+    /// # Errors
+    /// As for [`crate::Solver::solve_from`].
+    pub fn loaded(
+        &self,
+        rest: &Body,
+        near: &[f64],
+        theta: &[f64],
+        options: &Options,
+    ) -> Result<Solution, SolveError> {
+        Solver::of(self.image.system.like(rest)?).solve_from(near, theta, options)
+    }
+
+    /// Directional derivatives δx of a loaded state's positions in θ \[length\], `3 × nodes` for each direction. The body at rest changes along
+    /// `rest_directions`, one for each direction in θ, or is held where there are none:
+    /// `K δx = −(∂r/∂θ δθ + ∂r/∂X δX + ∂r/∂d ∂d/∂X δX)`, with exact derivatives throughout and one factorisation.
+    ///
+    /// # Errors
+    /// A state or directions that do not fit the body, a stiffness that is singular, and derivatives that overflow.
+    pub fn loaded_slopes(
+        &self,
+        rest: &Body,
+        state: &Solution,
+        theta_directions: &[Vec<f64>],
+        rest_directions: &[Vec<f64>],
+    ) -> Result<Vec<Vec<f64>>> {
+        let Solution { displacement, theta, .. } = state;
+        theta_directions.iter().try_for_each(|along| check_length(theta.len(), along))?;
+        let mut system = self.image.system.like(rest)?;
+        check_state(system.body, displacement, theta)?;
+        let moved = self.image.forces_by_rest(rest, state, rest_directions)?;
+        let shift = system.factorise_at(&Unknowns::of(displacement), theta, 1.0)?;
+        let slope = |(index, direction): (usize, &Vec<f64>)| {
+            let mut right = system.rate_by_theta(State::whole(displacement, theta), direction);
+            if let Some(moved) = moved.get(index) {
+                right.iter_mut().zip(moved).for_each(|(r, m)| *r += m);
+            }
+            Ok(system.slope(right, shift)?)
+        };
+        theta_directions.iter().enumerate().map(slope).collect()
+    }
 }
 
 /// Failure of unloading.
@@ -266,52 +310,6 @@ pub enum UnloadError {
         "the positions at rest have no derivative in theta here (a limit point of unloading); move theta a little"
     )]
     Singular,
-}
-
-impl Unload<'_> {
-    /// Another loaded state of a body at rest: the equilibrium for other loads and tensions in θ, from a displacement near it \[length\],
-    /// counted from rest.
-    ///
-    /// # Errors
-    /// As for [`crate::Solver::solve_from`].
-    pub fn loaded(
-        &self,
-        rest: &Body,
-        near: &[f64],
-        theta: &[f64],
-        options: &Options,
-    ) -> Result<Solution, SolveError> {
-        Solver::of(self.image.system.like(rest)?).solve_from(near, theta, options)
-    }
-
-    /// Directional derivatives δx of a loaded state's positions in θ \[length\], `3 × nodes` for each direction. The body at rest changes along
-    /// `rest_directions`, one for each direction in θ, or is held where there are none:
-    /// `K δx = −(∂r/∂θ δθ + ∂r/∂X δX + ∂r/∂d ∂d/∂X δX)`, with exact derivatives throughout and one factorisation.
-    ///
-    /// # Errors
-    /// A state or directions that do not fit the body, a stiffness that is singular, and derivatives that overflow.
-    pub fn loaded_slopes(
-        &self,
-        rest: &Body,
-        state: &Solution,
-        theta_directions: &[Vec<f64>],
-        rest_directions: &[Vec<f64>],
-    ) -> Result<Vec<Vec<f64>>> {
-        let Solution { displacement, theta, .. } = state;
-        theta_directions.iter().try_for_each(|along| check_length(theta.len(), along))?;
-        let mut system = self.image.system.like(rest)?;
-        check_state(system.body, displacement, theta)?;
-        let moved = self.image.forces_by_rest(rest, state, rest_directions)?;
-        let shift = system.factorise_at(&Unknowns::of(displacement), theta, 1.0)?;
-        let slope = |(index, direction): (usize, &Vec<f64>)| {
-            let mut right = system.rate_by_theta(State::whole(displacement, theta), direction);
-            if let Some(moved) = moved.get(index) {
-                right.iter_mut().zip(moved).for_each(|(r, m)| *r += m);
-            }
-            Ok(system.slope(right, shift)?)
-        };
-        theta_directions.iter().enumerate().map(slope).collect()
-    }
 }
 
 impl Image<'_> {

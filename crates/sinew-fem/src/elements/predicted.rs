@@ -6,11 +6,47 @@
 //!
 //! Nearly incompressible bodies keep their pressure; the ratio of their moduli at rest tells them.
 
-use crate::elements::{
-    Assembly, PredictedStress, at_points, inverse, product, tangent_times, third,
-};
+use crate::elements::{Assembly, at_points, inverse, product, tangent_times};
 use sinew_energy::Body;
 use sinew_num::Mat3;
+
+/// Second Piola–Kirchhoff stress at each quadrature point as Newton's linear model foresees it.
+pub(crate) type PredictedStress = Vec<Mat3<f64>>;
+
+/// `S : C / 3`: pJ for the stress `p J C⁻¹` of a pressure p.
+pub(crate) fn third(f: &Mat3<f64>, stress: impl Fn(usize, usize) -> f64) -> f64 {
+    let strain = |j: usize, l: usize| (0..3).map(|k| f[k][j] * f[k][l]).sum::<f64>();
+    (0..9).map(|at| stress(at / 3, at % 3) * strain(at / 3, at % 3)).sum::<f64>() / 3.0
+}
+
+/// Puts the predicted stress into the geometric part `δ_ik S_jl` of a tangent. In a nearly incompressible body its pressure enters as `p ∂²J/∂F²`,
+/// because the actual pressure contains the error in J times the bulk modulus.
+pub(crate) fn replace_stress(
+    tangent: &mut [[f64; 9]; 9],
+    h: &Mat3<f64>,
+    stress: &Mat3<f64>,
+    with: &Mat3<f64>,
+    nearly_incompressible: bool,
+) {
+    let (f, inverse) = (h.plus_identity(), inverse(h));
+    let present = product(&inverse, stress);
+    let change = Mat3::from_fn(|j, l| {
+        0.5 * (with[j][l] + with[l][j]) - 0.5 * (present[j][l] + present[l][j])
+    });
+    let mut pressure = 0.0;
+    if nearly_incompressible {
+        pressure = third(&f, |j, l| change[j][l]);
+        f.add_second_of_determinant(pressure / (1.0 + h.volume_change()), tangent);
+    }
+    for j in 0..3 {
+        for l in 0..3 {
+            let of_pressure = (0..3).map(|k| inverse[j][k] * inverse[l][k]).sum::<f64>();
+            for i in 0..3 {
+                tangent[3 * i + j][3 * i + l] += change[j][l] - pressure * of_pressure;
+            }
+        }
+    }
+}
 
 impl Assembly {
     /// The second Piola–Kirchhoff stress at each point.
@@ -21,8 +57,8 @@ impl Assembly {
     /// The stress at each point after a step along `direction` by the linear model of the stress,
     /// `S + C : sym(Fᵀ ∇direction)`.
     pub(crate) fn predict_stress(&self, body: &Body, direction: &[f64]) -> PredictedStress {
-        let mut common =
-            vec![Mat3::ZERO; body.volumes.len() * usize::from(!self.patches.is_empty())];
+        let averaged = if self.patches.is_empty() { 0 } else { body.volumes.len() };
+        let mut common = vec![Mat3::ZERO; averaged];
         for (points, patch) in body.patches.iter().zip(&self.patches) {
             let at_points = points.iter().zip(patch.common_stress(direction));
             at_points.for_each(|(&point, stress)| common[point] = stress);
@@ -101,9 +137,8 @@ const POINTS: usize = 9;
 pub(crate) fn bulk_to_shear(body: &Body, theta: &[f64]) -> Option<f64> {
     let count = body.volumes.len();
     let points = (0..count).step_by(count.div_ceil(POINTS).max(1));
-    let ratios: Option<Vec<f64>> =
-        points.map(|point| bulk_to_shear_at(body, theta, point)).collect();
-    let mut ratios = ratios?;
+    let ratios = points.map(|point| bulk_to_shear_at(body, theta, point));
+    let mut ratios: Vec<f64> = ratios.collect::<Option<_>>()?;
     ratios.sort_by(f64::total_cmp);
     ratios.get(ratios.len() / 2).copied()
 }

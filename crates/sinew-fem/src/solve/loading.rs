@@ -23,6 +23,14 @@ const PATIENCE: usize = 10;
 /// Iterations of these load increments: two more than ventricles need to their limit pressure.
 const SCOUT: usize = 48;
 
+/// Factor of the bulk modulus from one softer body to the next: a hundredth needs a handful of iterations, and fewer
+/// bodies than a tenth.
+const SOFTER: f64 = 1e-2;
+/// Number of softer bodies, enough for K/μ = 1e4.
+const MOST_RUNGS: i32 = 2;
+/// The load steps of a softer body get one half of all iterations.
+const DETOUR: usize = 2;
+
 impl Path<'_, '_, '_> {
     /// The equilibrium under the whole load and the number of load steps: at once from a given state, else by steps
     /// from rest.
@@ -109,18 +117,7 @@ impl Path<'_, '_, '_> {
         self.options.iterations = most.min(self.options.iterations);
         self.by_steps(step, Some(Advice::FarBeyond { times: 1.0 / step }))
     }
-}
 
-/// Factor of the bulk modulus from one softer body to the next: a hundredth needs a handful of iterations, and fewer
-/// bodies than a tenth.
-const SOFTER: f64 = 1e-2;
-/// Number of softer bodies, enough for K/μ = 1e4.
-const MOST_RUNGS: i32 = 2;
-
-/// The load steps of a softer body get one half of all iterations.
-const DETOUR: usize = 2;
-
-impl Path<'_, '_, '_> {
     /// The body with a softer volumetric energy, if its law has one and the body a potential.
     fn softer_volume(&self) -> Option<Body> {
         self.system.body.has_potential().then(|| self.system.body.with_softer_volume(SOFTER))?

@@ -357,7 +357,8 @@ impl System<'_> {
                 self.predict_stress(&motion)
             }
             Some(_) => {
-                search.move_to(search.place + length * onward);
+                search.place += length * onward;
+                (search.load_factor, search.theta) = search.goal.line.at(search.place);
                 place(self.body, search.load_factor, &mut search.at.displacement);
                 None
             }

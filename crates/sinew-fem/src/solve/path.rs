@@ -49,11 +49,6 @@ pub(crate) struct Path<'s, 'p, 'w> {
 }
 
 impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
-    /// The path of rising loads from the body at rest.
-    pub(crate) fn to_load(system: &'s mut System<'p>, theta: &[f64], options: &Options) -> Self {
-        Self::from_rest(system, Line::of_loads(theta), options)
-    }
-
     /// A path from the body at rest, where its line has no loads.
     pub(crate) fn from_rest(system: &'s mut System<'p>, line: Line, options: &Options) -> Self {
         let rest = Point { at: 0.0, place: 0.0, unknowns: system.rest(), stress: None };

@@ -113,11 +113,6 @@ impl Search<'_> {
         let Self { at: Unknowns { displacement, .. }, theta, load_factor, .. } = self;
         State { displacement, theta, load_factor: *load_factor, pressure: &[] }
     }
-
-    pub(crate) fn move_to(&mut self, place: f64) {
-        self.place = place;
-        (self.load_factor, self.theta) = self.goal.line.at(place);
-    }
 }
 
 /// A plane across a curve of equilibria.

@@ -6,7 +6,7 @@ use crate::elements::{
 };
 use crate::linear::{difference, norm};
 use crate::solve::{Path, Progress, Watch};
-use crate::{LoadSteps, Options, Result, Solution, SolveError};
+use crate::{Line, LoadSteps, Options, Result, Solution, SolveError};
 use sinew_energy::Body;
 use std::sync::Mutex;
 use std::time::Instant;
@@ -222,7 +222,7 @@ impl<'p> Solver<'p> {
             tell(state);
         };
         self.system.body.check_theta(theta)?;
-        let mut path = Path::to_load(&mut self.system, theta, options);
+        let mut path = Path::from_rest(&mut self.system, Line::of_loads(theta), options);
         path.log.watch = Some(&mut tell);
         let found = path.run(from)?;
         let history = path.log.take();

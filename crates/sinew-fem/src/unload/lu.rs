@@ -32,6 +32,33 @@ impl Entries {
     pub(super) fn multiply(&self, sparsity: &Sparsity, from: &[f64], to: &mut [f64]) {
         sparsity.multiply([&self.lower, &self.upper], from, to);
     }
+
+    /// Adds a square matrix over the Cartesian components of some nodes, row by row; `places` are those of the sparsity, if it has
+    /// them for these nodes, else they are looked up.
+    pub(super) fn add(
+        &mut self,
+        sparsity: &Sparsity,
+        nodes: &[usize],
+        places: Option<&[u32]>,
+        matrix: &mut [f64],
+    ) {
+        turn_square(&sparsity.frames, nodes, matrix);
+        let size = 3 * nodes.len();
+        let unknown = |local: usize| sparsity.unknown(3 * nodes[local / 3] + local % 3);
+        for row in 0..size {
+            for column in 0..=row {
+                let (Some(r), Some(c)) = (unknown(row), unknown(column)) else { continue };
+                let slot = match places {
+                    Some(places) => places[row * (row + 1) / 2 + column] as usize,
+                    None => sparsity.slot(r, c),
+                };
+                let (direct, mirrored) = (matrix[row * size + column], matrix[column * size + row]);
+                let (lower, upper) = if r >= c { (direct, mirrored) } else { (mirrored, direct) };
+                self.lower[slot] += lower;
+                self.upper[slot] += upper;
+            }
+        }
+    }
 }
 
 /// Unknowns that are eliminated together, and the later ones that these depend on, ascending.
@@ -183,34 +210,5 @@ impl Block {
         let mut memory = MemBuffer::new(scratch);
         let stack = MemStack::new(&mut memory);
         solve::solve_in_place(triangles, triangles, order, right, Par::Seq, stack);
-    }
-}
-
-impl Entries {
-    /// Adds a square matrix over the Cartesian components of some nodes, row by row; `places` are those of the sparsity, if it has
-    /// them for these nodes, else they are looked up.
-    pub(super) fn add(
-        &mut self,
-        sparsity: &Sparsity,
-        nodes: &[usize],
-        places: Option<&[u32]>,
-        matrix: &mut [f64],
-    ) {
-        turn_square(&sparsity.frames, nodes, matrix);
-        let size = 3 * nodes.len();
-        let unknown = |local: usize| sparsity.unknown(3 * nodes[local / 3] + local % 3);
-        for row in 0..size {
-            for column in 0..=row {
-                let (Some(r), Some(c)) = (unknown(row), unknown(column)) else { continue };
-                let slot = match places {
-                    Some(places) => places[row * (row + 1) / 2 + column] as usize,
-                    None => sparsity.slot(r, c),
-                };
-                let (direct, mirrored) = (matrix[row * size + column], matrix[column * size + row]);
-                let (lower, upper) = if r >= c { (direct, mirrored) } else { (mirrored, direct) };
-                self.lower[slot] += lower;
-                self.upper[slot] += upper;
-            }
-        }
     }
 }

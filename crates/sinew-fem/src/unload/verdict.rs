@@ -5,7 +5,7 @@ use crate::linear::{dot, facets, norm};
 use crate::solve::{Path, Plane, Point};
 use crate::unload::state::{Image, Loading, Trial, UnloadOptions};
 use crate::unload::{Result, UnloadError};
-use crate::{LoadSteps, Options, SolveError, Solver};
+use crate::{Line, LoadSteps, Options, SolveError, Solver};
 use sinew_energy::Body;
 use sinew_energy::metrics::mean_and_largest;
 use sinew_mesh::{TriangleMesh, self_intersections};
@@ -120,7 +120,7 @@ fn connected(
         let rate = dot(&by_displacement, by_load);
         (by_load.iter().map(|u| u / rate).collect(), rate)
     };
-    let mut path = Path::to_load(system, theta, options);
+    let mut path = Path::from_rest(system, Line::of_loads(theta), options);
     path.release_stresses();
     let state = State::whole(&trial.displacement, theta);
     let rate = path.system.rate_on(&path.line, state);

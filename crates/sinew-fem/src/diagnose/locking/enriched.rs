@@ -2,6 +2,7 @@
 //! each hexahedron.
 
 use crate::elements::tangent_times;
+use crate::linear::add;
 use nalgebra::Matrix3;
 use sinew_energy::{Body, BodyArrays, SurfaceResponse};
 use sinew_num::{Mat3, cross, dot3};
@@ -143,7 +144,7 @@ impl<'b> Enriched<'b> {
         let share = 4.0 / (corners * (corners + 1.0));
         self.for_points(|_, modes, _, volume| {
             let force = reference_loads.body_force.map(|b| share * volume * b);
-            modes.iter().for_each(|&mode| add(&mut forces[mode], &force, 1.0));
+            modes.iter().for_each(|&mode| add(&mut forces[mode], 1.0, &force));
         });
         for surface in &reference_loads.surfaces {
             for facet in surface.facets() {
@@ -164,7 +165,7 @@ impl<'b> Enriched<'b> {
                 surface.facet_force(facet, displacement, &mut response);
                 let mut force = [0.0; 3];
                 let (nodal, _) = response.gradient.as_chunks::<3>();
-                nodal.iter().for_each(|part| add(&mut force, part, -pressure));
+                nodal.iter().for_each(|part| add(&mut force, -pressure, part));
                 self.add_facet(nodes, &force, forces);
             }
         }
@@ -177,7 +178,7 @@ impl<'b> Enriched<'b> {
         for (at, &a) in nodes.iter().enumerate() {
             for &b in &nodes[..at] {
                 if let Ok(mode) = self.edges.binary_search(&[a.min(b), a.max(b)]) {
-                    add(&mut forces[mode], force, share);
+                    add(&mut forces[mode], share, force);
                 }
             }
         }
@@ -262,12 +263,8 @@ fn add_forces(
     forces: &mut Modes,
 ) {
     for (&mode, g) in modes.iter().zip(gradients) {
-        add(&mut forces[mode], &stress.apply(g), volume);
+        add(&mut forces[mode], volume, &stress.apply(g));
     }
-}
-
-fn add(sum: &mut [f64; 3], part: &[f64; 3], weight: f64) {
-    (0..3).for_each(|i| sum[i] += weight * part[i]);
 }
 
 /// Projection on the directions that supports leave free in the middle of each edge: those along which not both ends are held.
