@@ -194,9 +194,7 @@ impl<'p> Unload<'p> {
             right.iter_mut().for_each(|r| *r = -*r);
             let change = self.linear(&tangent.entries, &right, ACCURACY);
             let change = change.ok_or(UnloadError::Singular)?;
-            let mut slope = vec![0.0; trial.motion.len()];
-            self.image.system.sparsity.scatter(change, &mut slope);
-            Ok(slope)
+            Ok(self.image.system.sparsity.scattered(change))
         };
         directions.iter().map(column).collect()
     }

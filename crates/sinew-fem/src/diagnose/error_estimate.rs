@@ -5,7 +5,7 @@
 //! nearby and the steps converge to it (Newton–Kantorovich theorem; P. Deuflhard, Newton Methods for Nonlinear
 //! Problems, 2011, chapter 2).
 
-use crate::linear::{difference, dot, norm, relative};
+use crate::linear::{add, difference, dot, norm, relative};
 use crate::solve::energy_at_rest;
 use crate::{NewtonStep, Result, SolveError, Solver};
 use sinew_energy::metrics::mean_and_largest;
@@ -226,8 +226,7 @@ impl Solver<'_> {
             if norm(&free) <= self.system.assembly.tolerance() {
                 break;
             }
-            let mut next = vec![0.0; from.len()];
-            self.system.add_newton_step(&gradient, &mut next);
+            let next = self.system.newton_step(&gradient);
             let work = -dot(&gradient, &next);
             let now = [if work < 0.0 { 0.0 } else { work.sqrt() }, mean_and_largest(&next)[0]];
             let finite = energy.is_finite() && free.iter().chain(&now).all(|x| x.is_finite());
@@ -236,7 +235,7 @@ impl Solver<'_> {
             if !finite || ratio > CONTRACTS {
                 return None;
             }
-            at.iter_mut().zip(&next).for_each(|(u, d)| *u += d);
+            add(&mut at, 1.0, &next);
             (last, size) = (next, now);
         }
         if !self.body().value(&at, theta).is_finite() {

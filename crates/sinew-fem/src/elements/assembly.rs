@@ -4,7 +4,7 @@ use crate::elements::{
     MOST_WORST, PatchResponse, Point, PredictedStress, Rounding, State, Task, least, per_cell,
     tangent_times,
 };
-use crate::linear::{Norm, Sparsity, facets};
+use crate::linear::{Norm, Sparsity, facets_of};
 use crate::{CellValue, Result, SolveError};
 use sinew_energy::{Body, Response, SurfaceResponse};
 use sinew_num::{Mat3, sum};
@@ -275,7 +275,7 @@ impl Assembly {
             spring.value_and_add_gradient(direction, forces);
         }
         let mut response = SurfaceResponse::default();
-        for (surface, facet, nodes) in facets(&body.pressures) {
+        for (surface, facet, nodes) in facets_of(&body.pressures) {
             let magnitude = state.load_factor * surface.magnitude.value(state.theta);
             surface.facet_response(facet, state.displacement, &mut response);
             add_product(nodes, magnitude, &response.hessian, direction, forces);

@@ -1,7 +1,7 @@
 //! Pressures that follow surfaces with a loose rim: forces without a potential, whose derivative is not symmetric.
 
 use crate::elements::{Assembly, State, add_product};
-use crate::linear::{Norm, Sparsity, facets};
+use crate::linear::{Norm, Sparsity, facets_of};
 use sinew_energy::{PressureSurface, SurfaceResponse};
 
 /// The loose followers of a body.
@@ -27,7 +27,7 @@ impl<'p> Followers<'p> {
     ) {
         self.responses.clear();
         let mut loads = Norm::default();
-        for (place, (surface, facet, nodes)) in (first..).zip(facets(self.surfaces)) {
+        for (place, (surface, facet, nodes)) in (first..).zip(facets_of(self.surfaces)) {
             let magnitude = state.load_factor * surface.magnitude.value(state.theta);
             let mut response = SurfaceResponse::default();
             surface.facet_force(facet, state.displacement, &mut response);
@@ -46,7 +46,7 @@ impl<'p> Followers<'p> {
 
     /// Adds the skew part of the derivative times `direction` to `forces`.
     pub(crate) fn add_skew(&self, direction: &[f64], forces: &mut [f64]) {
-        for ((_, _, nodes), response) in facets(self.surfaces).zip(&self.responses) {
+        for ((_, _, nodes), response) in facets_of(self.surfaces).zip(&self.responses) {
             add_product(nodes, 1.0, &response.hessian, direction, forces);
         }
     }
@@ -54,7 +54,7 @@ impl<'p> Followers<'p> {
     /// Adds the forces under the whole load to `forces`.
     pub(crate) fn add_forces(&self, displacement: &[f64], theta: &[f64], forces: &mut [f64]) {
         let mut response = SurfaceResponse::default();
-        for (surface, facet, nodes) in facets(self.surfaces) {
+        for (surface, facet, nodes) in facets_of(self.surfaces) {
             let magnitude = surface.magnitude.value(theta);
             surface.facet_force(facet, displacement, &mut response);
             for (slot, force) in response.gradient.iter().enumerate() {

@@ -147,8 +147,7 @@ impl<'p> System<'p> {
         if self.body.has_potential() {
             return;
         }
-        let mut direction = vec![0.0; self.body.prescribed.len()];
-        self.sparsity.scatter(displacements.iter().copied(), &mut direction);
+        let direction = self.sparsity.scattered(displacements.iter().copied());
         let mut full = vec![0.0; direction.len()];
         self.followers.add_skew(&direction, &mut full);
         if let Some(coupling) = &self.coupling {

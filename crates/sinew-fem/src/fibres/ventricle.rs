@@ -78,7 +78,13 @@ impl VentricleCoordinates {
 
         let outward = directions(&laplacian, &thickness);
         let to_base = directions(&laplacian, &longitudinal);
-        let cell_layers = layers_of_cells(mesh, &outward, &to_base)?;
+        let cell_layer = |(cell, nodes): (usize, &[usize; 4])| {
+            let outward = at_centre(nodes, &outward);
+            let mut ways = std::iter::once(at_centre(nodes, &to_base)).chain(edges(mesh, cell));
+            ways.find_map(|way| Layer::new(outward, way)).ok_or_else(|| FibreError::Unfit(format!("cell {cell} and its neighbours have all their nodes on one surface of the wall; refine the mesh across the wall")))
+        };
+        let cell_layers = mesh.cells.iter().enumerate().map(cell_layer);
+        let cell_layers = cell_layers.collect::<Result<Vec<_>>>()?;
         let node_layers = layers_of_nodes(mesh, &outward, &to_base, &cell_layers);
         let cells = mesh.cells.clone();
         Ok(Self { potential, thickness, longitudinal, apexes, cells, cell_layers, node_layers })
@@ -126,19 +132,6 @@ fn directions(laplacian: &Laplacian<'_>, potential: &[f64]) -> Vec<Vector3<f64>>
 /// Mean of a field over the nodes of a cell.
 fn at_centre(nodes: &[usize; 4], of_nodes: &[Vector3<f64>]) -> Vector3<f64> {
     nodes.iter().map(|&node| of_nodes[node]).sum::<Vector3<f64>>() / 4.0
-}
-
-fn layers_of_cells(
-    mesh: &TetMesh,
-    outward: &[Vector3<f64>],
-    to_base: &[Vector3<f64>],
-) -> Result<Vec<Layer>> {
-    let layer = |(cell, nodes): (usize, &[usize; 4])| {
-        let outward = at_centre(nodes, outward);
-        let mut ways = std::iter::once(at_centre(nodes, to_base)).chain(edges(mesh, cell));
-        ways.find_map(|way| Layer::new(outward, way)).ok_or_else(|| FibreError::Unfit(format!("cell {cell} and its neighbours have all their nodes on one surface of the wall; refine the mesh across the wall")))
-    };
-    mesh.cells.iter().enumerate().map(layer).collect()
 }
 
 /// Edges of a cell, the longest first. They are not all parallel to any direction.

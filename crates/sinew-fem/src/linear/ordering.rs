@@ -62,16 +62,14 @@ fn induced(graph: &[Vec<usize>], vertices: &[usize]) -> Vec<Vec<usize>> {
 /// The vertices ordered by approximate minimum degree.
 fn minimum_degree(graph: &[Vec<usize>]) -> Vec<usize> {
     let size = graph.len();
-    let (mut starts, mut rows) = (Vec::with_capacity(size + 1), Vec::new());
-    starts.push(0);
+    let (mut starts, mut rows) = (vec![0], Vec::new());
     for (vertex, neighbours) in graph.iter().enumerate() {
         rows.extend(neighbours.iter().filter(|&&n| n < vertex));
         starts.push(rows.len());
     }
     let entries = rows.len();
     let upper = SymbolicSparseColMat::new_checked(size, size, starts, None, rows);
-    let mut forward = vec![0; size];
-    let mut inverse = vec![0; size];
+    let (mut forward, mut inverse) = (vec![0; size], vec![0; size]);
     let mut memory = MemBuffer::new(amd::order_scratch::<usize>(size, entries));
     let control = amd::Control::default();
     let ordered =

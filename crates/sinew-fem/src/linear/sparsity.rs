@@ -63,11 +63,11 @@ impl Sparsity {
         // The nodes of a lid's rim depend on each other.
         let lids = body.pressures.iter().flat_map(|surface| &surface.lids);
         let lids = lids.map(|lid| &lid.nodes[..]);
-        let cells: Vec<_> = match patches.is_empty() {
+        let matrices: Vec<_> = match patches.is_empty() {
             true => body.cell_nodes().collect(),
             false => patches.iter().map(|nodes| &nodes[..]).collect(),
         };
-        let neighbours = neighbours(body.nodes, cells.iter().copied().chain(lids));
+        let neighbours = neighbours(body.nodes, matrices.iter().copied().chain(lids));
         let free = |node: usize| (0..3).filter(move |i| body.prescribed[3 * node + i].is_none());
         let kept = (0..body.nodes).filter(|&node| free(node).next().is_some()).collect();
         let order = fill_reducing_order(&neighbours, kept, &body.positions);
@@ -99,21 +99,23 @@ impl Sparsity {
         }
         let size = degree_of_freedom.len();
         let pattern = SymbolicSparseColMat::new_checked(size, size, starts, None, rows);
+        let frames = body.frames.clone();
+        let (cells, springs, facets) = Default::default();
         let mut sparsity = Self {
             degree_of_freedom,
-            frames: body.frames.clone(),
+            frames,
             pattern,
-            cells: Slots::default(),
-            facets: Slots::default(),
-            springs: Slots::default(),
-            patches: Vec::new(),
+            cells,
+            facets,
+            springs,
+            patches: vec![],
             unknown,
         };
         let surfaces = body.pressures.iter().chain(&body.followers);
-        sparsity.facets = sparsity.slots(facets(surfaces).map(|(_, _, nodes)| nodes));
+        sparsity.facets = sparsity.slots(facets_of(surfaces).map(|(_, _, nodes)| nodes));
         let springs = body.springs.iter();
         sparsity.springs = sparsity.slots(springs.map(|s| std::slice::from_ref(&s.node)));
-        sparsity.cells = sparsity.slots(cells.into_iter());
+        sparsity.cells = sparsity.slots(matrices.into_iter());
         sparsity.patches = patches;
         sparsity
     }
@@ -181,6 +183,13 @@ impl Sparsity {
         self.scatter_along(&self.frames, values, vector);
     }
 
+    /// Values of the unknowns over all degrees of freedom, zero at prescribed ones.
+    pub(crate) fn scattered(&self, values: impl IntoIterator<Item = f64>) -> Vec<f64> {
+        let mut vector = vec![0.0; self.unknown.len()];
+        self.scatter(values, &mut vector);
+        vector
+    }
+
     /// [`Self::scatter`] for a body whose unknowns are along other axes.
     pub(crate) fn scatter_along(
         &self,
@@ -232,7 +241,7 @@ pub(crate) fn patch_nodes_of(body: &Body, points: &[usize]) -> Vec<usize> {
 }
 
 /// The facets of surfaces, one after the other: surface, number on it, and nodes.
-pub(crate) fn facets<'s>(
+pub(crate) fn facets_of<'s>(
     surfaces: impl IntoIterator<Item = &'s PressureSurface>,
 ) -> impl Iterator<Item = (&'s PressureSurface, usize, &'s [usize])> {
     let of_surface = |surface: &'s PressureSurface| {

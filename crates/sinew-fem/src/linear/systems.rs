@@ -150,6 +150,13 @@ impl System<'_> {
         self.sparsity.scatter(right, displacement);
     }
 
+    /// `−K⁻¹ forces`, zero at prescribed degrees of freedom.
+    pub(crate) fn newton_step(&self, forces: &[f64]) -> Vec<f64> {
+        let mut step = vec![0.0; forces.len()];
+        self.add_newton_step(forces, &mut step);
+        step
+    }
+
     /// Derivative of the balance in the load factor.
     pub(crate) fn load_derivative(&self, displacement: &[f64], theta: &[f64]) -> Vec<f64> {
         let mut forces = load_gradient(self.body, displacement, theta);

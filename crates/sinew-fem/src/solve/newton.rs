@@ -251,11 +251,10 @@ impl System<'_> {
             }
             iterated = None;
         }
-        let mut direction = vec![0.0; search.at.displacement.len()];
-        match iterated {
-            Some((change, _)) => self.sparsity.scatter(change, &mut direction),
-            None => self.add_newton_step(&self.assembly.gradient, &mut direction),
-        }
+        let direction = match iterated {
+            Some((change, _)) => self.sparsity.scattered(change),
+            None => self.newton_step(&self.assembly.gradient),
+        };
         let promised = -dot(&self.assembly.gradient, &direction);
         record.shift = shift;
         if !promised.is_finite() {

@@ -125,8 +125,7 @@ impl Solver<'_> {
         let (energy_before, force_scale) = (assembly.energy, assembly.force_scale);
         let gradient = &assembly.gradient;
         let residual_before = self.norm_of_free(gradient);
-        let mut direction = vec![0.0; from.len()];
-        self.system.add_newton_step(gradient, &mut direction);
+        let direction = self.system.newton_step(gradient);
         let promised = -dot(gradient, &direction);
         if !promised.is_finite() {
             return Err(SolveError::Singular);

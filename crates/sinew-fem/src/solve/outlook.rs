@@ -2,7 +2,7 @@
 //! whether the load falls beyond it.
 
 use crate::elements::Unknowns;
-use crate::linear::{dot, norm};
+use crate::linear::{difference, dot, norm};
 use crate::solve::{Equilibrium, Path, Point};
 
 /// Number of equilibria on the parabola.
@@ -70,8 +70,7 @@ impl Outlook {
     /// Place of the foreseen limit point: the maximum of the parabola of places over displacement.
     pub(crate) fn limit(&self) -> Option<f64> {
         let [(a, from), (b, middle), (c, last)] = &self.points[..] else { return None };
-        let way = |to: &[f64]| to.iter().zip(last).map(|(u, l)| u - l).collect::<Vec<_>>();
-        let [from, middle] = [way(from), way(middle)];
+        let [from, middle] = [from, middle].map(|to| difference(to, last));
         let length = norm(&middle);
         let [first, second] = [-dot(&from, &middle) / length, -length];
         let [before, after] = [(b - a) / (second - first), (c - b) / -second];

@@ -1,7 +1,7 @@
 //! Continuation of an equilibrium along a line in loads and parameters, by load or arc length.
 
 use crate::elements::{PredictedStress, System, Unknowns, place as place_supports};
-use crate::linear::{MOST_SINGLE, dot};
+use crate::linear::{MOST_SINGLE, difference, dot};
 use crate::solve::{Equilibrium, Goal, Line, Log, Outlook, Plane, Point, far_turn};
 use crate::{Advice, Options, SolveError};
 use sinew_num::Mat3;
@@ -199,7 +199,7 @@ impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
             let free = self.system.sparsity.gather(&point.unknowns.displacement);
             (free.map(|u| u / scale).collect::<Vec<_>>(), point.place)
         });
-        let way: Vec<f64> = to.0.iter().zip(&from.0).map(|(b, a)| b - a).collect();
+        let way = difference(&to.0, &from.0);
         let onward = to.1 - from.1;
         let length = dot(&way, &way).sqrt().hypot(onward);
         let distance = (dot(&way, &to.0) + onward * to.1) / length;

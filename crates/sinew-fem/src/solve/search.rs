@@ -247,11 +247,10 @@ impl Solution {
         history: History,
         start: Instant,
     ) -> Self {
-        let iteration_error = system.body.has_potential().then(|| {
-            let mut next = vec![0.0; found.unknowns.displacement.len()];
-            system.add_newton_step(&system.assembly.gradient, &mut next);
-            mean_and_largest(&next)[0]
-        });
+        let iteration_error = system
+            .body
+            .has_potential()
+            .then(|| mean_and_largest(&system.newton_step(&system.assembly.gradient))[0]);
         let iteration_error = iteration_error.filter(|error| error.is_finite());
         Self {
             displacement: found.unknowns.displacement,

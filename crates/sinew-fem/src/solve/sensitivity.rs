@@ -121,9 +121,7 @@ impl System<'_> {
         if !solved {
             return Err(SolveError::Singular);
         }
-        let mut slope = vec![0.0; self.body.prescribed.len()];
-        self.sparsity.scatter(change, &mut slope);
-        self.finite(slope)
+        self.finite(self.sparsity.scattered(change))
     }
 
     /// Derivative of the balance of free displacements and pressures along a direction in θ.

@@ -1,7 +1,7 @@
 //! The derivative of the balance of the image in the positions at rest.
 
 use super::lu::Entries;
-use crate::linear::{Sparsity, facets};
+use crate::linear::{Sparsity, facets_of};
 use crate::unload::state::{Image, Level, PointRate, Tensor, Trial};
 use rayon::prelude::*;
 use sinew_energy::{Body, PressureForm, PressureSurface, ReferenceSurface, SurfaceResponse};
@@ -103,7 +103,7 @@ impl Image<'_> {
             }
         }
         let thesis = |p: &&PressureSurface| p.triangles == Some(PressureForm::Thesis);
-        for (surface, facet, nodes) in facets(trial.rest.pressures.iter().filter(thesis)) {
+        for (surface, facet, nodes) in facets_of(trial.rest.pressures.iter().filter(thesis)) {
             let magnitude = level.factor * surface.magnitude.value(&level.theta);
             add(of_thesis_pressure(surface, facet, nodes, &trial.displacement, magnitude), None);
         }

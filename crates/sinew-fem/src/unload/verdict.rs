@@ -1,7 +1,7 @@
 //! Checks of a body at rest after the search: by a state halfway on the curve of its equilibria, or by loading it.
 
 use crate::elements::{Residual, State, System, Unknowns};
-use crate::linear::{dot, facets, norm};
+use crate::linear::{difference, dot, facets_of, norm};
 use crate::solve::{Path, Plane, Point};
 use crate::unload::state::{Image, Loading, Trial, UnloadOptions};
 use crate::unload::{Result, UnloadError};
@@ -127,16 +127,14 @@ fn connected(
     let (correction, _) = path.system.solve(&residual.values, shift).ok()?;
     let (by_load, _) = path.system.solve(&rate, shift).ok()?;
     let (along, end) = tangent(&by_load);
-    let mut displacement = vec![0.0; trial.displacement.len()];
     let parabola = image.iter().zip(&along).map(|(u, along)| 0.75 * u - 0.25 * along);
-    path.system.sparsity.scatter(parabola, &mut displacement);
-    let unknowns = Unknowns::of(&displacement);
+    let unknowns = Unknowns::of(&path.system.sparsity.scattered(parabola));
     let guess = Point { at: 0.5, place: 1.0 - 0.5 / end, unknowns, stress: None };
     let plane = Plane { normal: (by_displacement.clone(), 0.0), distance: 0.5 };
     let enough = options.accuracy_on_the_way;
     let half = path.meeting(Some(&plane), guess, enough)?;
     let (extrapolated, middle) = tangent(&half.by_place);
-    let off: Vec<f64> = extrapolated.iter().zip(&image).map(|(to, u)| to - u).collect();
+    let off = difference(&extrapolated, &image);
     let most = MONOTONE * 2.0;
     let monotone = 0.0 < middle
         && 1.0 <= most * half.place.min(1.0 - half.place) * middle
@@ -146,9 +144,7 @@ fn connected(
     if half.negative_pivots > 0 || !monotone || !near {
         return None;
     }
-    let mut to_equilibrium = vec![0.0; displacement.len()];
-    path.system.sparsity.scatter(correction, &mut to_equilibrium);
-    let [_, distance] = mean_and_largest(&to_equilibrium);
+    let [_, distance] = mean_and_largest(&path.system.sparsity.scattered(correction));
     let (iterations, seconds) = (path.log.iterations.len(), start.elapsed().as_secs_f64());
     Some(Loading { distance, iterations, seconds })
 }
@@ -178,7 +174,7 @@ impl ThinWall {
             return None;
         }
         let surfaces = body.pressures.iter().chain(system.followers.surfaces);
-        let facets: Vec<_> = facets(surfaces).map(|(_, _, nodes)| nodes).collect();
+        let facets: Vec<_> = facets_of(surfaces).map(|(_, _, nodes)| nodes).collect();
         let pressed: HashSet<usize> = facets.iter().copied().flatten().copied().collect();
         let far = far_side(body, &pressed);
         let under: HashSet<_> = facets.into_iter().map(sorted).collect();

@@ -185,8 +185,7 @@ impl System<'_> {
             let (forces, mut image) = enriched.multiply(&direction);
             let mut change: Vec<f64> = self.sparsity.gather(&forces).collect();
             self.back_substitute(&mut change);
-            let mut nodal = vec![0.0; displacement.len()];
-            self.sparsity.scatter(change, &mut nodal);
+            let nodal = self.sparsity.scattered(change);
             add(image.as_flattened_mut(), -1.0, enriched.couple(&nodal).as_flattened());
             let curvature = product(&direction, &image);
             // Written so that a NaN is no minimum.
