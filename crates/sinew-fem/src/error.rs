@@ -1,7 +1,7 @@
 //! Errors of a solve, with numbers and advice.
 
 use crate::{History, Iteration};
-use sinew_energy::ThetaError;
+use sinew_energy::{ThetaError, listed};
 use sinew_num::norm;
 use std::fmt;
 use thiserror::Error;
@@ -17,7 +17,7 @@ pub enum SolveError {
     /// A connected part of the body can move without deforming.
     #[error(
         "the part of the body with node {node} ({nodes} nodes) is free in {}; add supports that hold it there",
-        modes.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+        listed(modes)
     )]
     FreeToMove { node: usize, nodes: usize, modes: Vec<RigidMode> },
     /// Parameters that make no sense.
@@ -45,7 +45,7 @@ pub enum SolveError {
     /// A curve of equilibria that was lost before the end of its line.
     #[error(
         "the curve of equilibria was followed to place {place:.4}, theta = ({}); {failure}",
-        sinew_energy::listed(theta)
+        listed(theta)
     )]
     CurveEnded { place: f64, theta: Vec<f64>, failure: Box<NotConverged> },
     /// A body without a potential, where one is needed.
@@ -74,8 +74,8 @@ pub enum SolveError {
 /// The best state of a failed solve and how it got there.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error(
-    "no equilibrium found after {} iterations; the largest load factor with an equilibrium is {}\n{history}{}{advice}",
-    history.iterations.len(), part(*load_factor), list(worst_cells)
+    "no equilibrium found after {} iterations; the largest load factor with an equilibrium is {}\n{history}least J where the iteration ended: {}\n{advice}",
+    history.iterations.len(), part(*load_factor), listed(worst_cells)
 )]
 pub struct NotConverged {
     /// Largest fraction of loads and prescribed motion whose equilibrium was found.
@@ -97,11 +97,6 @@ fn part(load_factor: f64) -> String {
     } else {
         format!("{load_factor:.2e}")
     }
-}
-
-fn list(worst: &[CellValue]) -> String {
-    let cells: Vec<_> = worst.iter().map(ToString::to_string).collect();
-    format!("least J where the iteration ended: {}\n", cells.join(", "))
 }
 
 /// Advice after a failed solve.

@@ -94,9 +94,9 @@ pub use diagnose::locking::{
     compare_formulations, locking, locking_at_centre,
 };
 pub use diagnose::stress::{
-    CellStress, Fibre, cell_stresses, mixed_stresses, principal_stretches, principal_values,
+    CellStress, Fibre, cell_stresses, held_sets, mixed_stresses, principal_stretches,
+    principal_values, reactions,
 };
-pub use diagnose::stress::{held_sets, reactions};
 pub use error::{Advice, CellValue, NotConverged, RigidMode, SolveError};
 pub use linear::method::Method;
 pub use solve::continuation::{Curve, CurvePoint};

@@ -274,19 +274,17 @@ impl Iterator for Curve<'_, '_> {
                 return None;
             }
         };
-        Some(match found {
-            Ok(found) => {
-                let Equilibrium { place, .. } = found;
-                let (_, theta) = self.path.line.at(place);
-                let (length, history) = (self.path.reached().at, self.path.log.take());
-                let solution = Solution::new(self.path.system, (found, 1), &theta, history, start);
-                Ok(CurvePoint { place, length, solution })
-            }
-            Err(failure) => {
-                self.stage = Stage::End;
-                Err(failure)
-            }
-        })
+        let point = found.map(|found| {
+            let place = found.place;
+            let (at, history) = (self.path.line.at(place), self.path.log.take());
+            let length = self.path.reached().at;
+            let solution = Solution::new(self.path.system, (found, 1), at, history, start);
+            CurvePoint { place, length, solution }
+        });
+        if point.is_err() {
+            self.stage = Stage::End;
+        }
+        Some(point)
     }
 }
 

@@ -39,10 +39,10 @@ impl Path<'_, '_, '_> {
     /// [`crate::SolveError::NotConverged`].
     pub(crate) fn run(&mut self, from: Unknowns) -> Result<(Equilibrium, usize)> {
         let steps_allowed = self.options.least_load_step <= self.options.first_load_step;
-        if self.options.load_steps == LoadSteps::Always || (steps_allowed && self.rolls_up(&from)) {
+        let always = self.options.load_steps == LoadSteps::Always;
+        if always || (steps_allowed && self.rolls_up(&from)) {
             let step = self.first_step();
-            let far =
-                self.options.load_steps == LoadSteps::WhenNeeded && FAR_BEYOND.contains(&step);
+            let far = !always && FAR_BEYOND.contains(&step);
             return if far { self.glance(step) } else { self.by_steps(step, None) };
         }
         let scouted = steps_allowed && self.softer_volume().is_none();

@@ -145,11 +145,10 @@ impl System<'_> {
             self.assemble(&search.at, &search.theta, search.load_factor, None);
             negative_pivots = self.negative_eigenvalues().unwrap_or(1);
         }
-        let Search { at: unknowns, place, load_factor, jumped, by_place, .. } = search;
+        let Search { at: unknowns, place, jumped, by_place, .. } = search;
         Equilibrium {
             unknowns,
             place,
-            load_factor,
             residual,
             negative_pivots,
             linear_iterations: search.linear_iterations + self.aggregation.iterations,

@@ -45,8 +45,6 @@ pub(crate) struct Equilibrium {
     pub unknowns: Unknowns,
     /// Place on the line.
     pub place: f64,
-    /// Fraction of all loads there.
-    pub load_factor: f64,
     pub residual: Residual,
     pub negative_pivots: usize,
     pub linear_iterations: usize,
@@ -243,7 +241,7 @@ impl Solution {
     pub(crate) fn new(
         system: &System<'_>,
         (found, load_steps): (Equilibrium, usize),
-        theta: &[f64],
+        (load_factor, theta): (f64, Vec<f64>),
         history: History,
         start: Instant,
     ) -> Self {
@@ -258,8 +256,8 @@ impl Solution {
             // The sum over all cells in one order, the same as every reader of the potential gets.
             energy: system.assembly.energy,
             has_potential: system.body.has_potential(),
-            theta: theta.to_vec(),
-            load_factor: found.load_factor,
+            theta,
+            load_factor,
             residual: found.residual.force,
             iteration_error,
             volume_residual: found.residual.volume,

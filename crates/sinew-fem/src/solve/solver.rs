@@ -225,8 +225,8 @@ impl<'p> Solver<'p> {
         let mut path = Path::from_rest(&mut self.system, Line::of_loads(theta), options);
         path.log.watch = Some(&mut tell);
         let found = path.run(from)?;
-        let history = path.log.take();
-        Ok(Solution::new(&self.system, found, theta, history, start))
+        let (at, history) = (path.line.at(found.0.place), path.log.take());
+        Ok(Solution::new(&self.system, found, at, history, start))
     }
 }
 

@@ -53,21 +53,16 @@ impl Pattern {
             block_starts.push(block_starts[block_starts.len() - 1] + list.len());
         }
         let find = |row: usize, column: usize| {
-            let place = neighbours[row].partition_point(|&c| (c as usize) < column);
-            (block_starts[row] + place) as u32
+            block_starts[row] + neighbours[row].partition_point(|&c| (c as usize) < column)
         };
-        let diagonal = (0..neighbours.len()).map(|row| find(row, row)).collect();
+        let diagonal = (0..neighbours.len()).map(|row| find(row, row) as u32).collect();
         let mut slots = vec![[[NONE; 3]; 3]; block_starts[neighbours.len()]];
         for column in 0..component.len() {
-            let (mut last, mut places) = (usize::MAX, [0; 2]);
             for slot in starts[column]..starts[column + 1] {
                 let [a, b] = [rows[slot], column].map(node);
-                if a != last {
-                    (last, places) = (a, [find(a, b), find(b, a)]);
-                }
                 let [i, k] = [rows[slot], column].map(|unknown| component[unknown] as usize % 3);
-                slots[places[0] as usize][i][k] = slot as u32;
-                slots[places[1] as usize][k][i] = slot as u32;
+                slots[find(a, b)][i][k] = slot as u32;
+                slots[find(b, a)][k][i] = slot as u32;
             }
         }
         let columns = neighbours.concat();
