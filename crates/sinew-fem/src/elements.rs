@@ -8,6 +8,7 @@ pub(crate) mod followers;
 pub(crate) mod patch;
 pub(crate) mod predicted;
 pub(crate) mod pressure_field;
+pub(crate) mod replaced;
 pub(crate) mod shares;
 pub(crate) mod supports;
 pub(crate) mod system;
@@ -24,10 +25,9 @@ pub(crate) use check::{
 pub(crate) use convex::make_convex;
 pub(crate) use followers::Followers;
 pub(crate) use patch::PatchResponse;
-pub(crate) use predicted::{
-    PredictedStress, bulk_to_shear, is_nearly_incompressible, replace_stress,
-};
+pub(crate) use predicted::{bulk_to_shear, is_nearly_incompressible};
 pub(crate) use pressure_field::Coupling;
+pub(crate) use replaced::{PredictedStress, replace_stress, third};
 pub(crate) use shares::{Point, Task, at_points};
 pub(crate) use supports::{held_part, is_moved_rim, place};
 pub(crate) use system::{Residual, System, Unknowns};
