@@ -87,16 +87,9 @@ impl Unit {
     }
 }
 
-impl From<&str> for Unit {
+impl<T: Into<String>> From<T> for Unit {
     /// A unit of the scene.
-    fn from(name: &str) -> Self {
-        Self::sized(name, 1.0)
-    }
-}
-
-impl From<String> for Unit {
-    /// A unit of the scene.
-    fn from(name: String) -> Self {
+    fn from(name: T) -> Self {
         Self::sized(name, 1.0)
     }
 }

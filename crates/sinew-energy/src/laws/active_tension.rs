@@ -8,16 +8,12 @@ use sinew_num::Scalar;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ActiveTension;
 
-macro_rules! along_the_fibre {
-    ($($directions:literal),*) => {
-        $(impl ActiveStress<$directions> for ActiveTension {
-            const PARAMETERS: &'static [&'static str] = &["T_a"];
+impl<const D: usize> ActiveStress<D> for ActiveTension {
+    const PARAMETERS: &'static [&'static str] = &["T_a"];
 
-            #[inline]
-            fn density_of<S: Scalar>(&self, parameters: &[S], i: &Invariants<S, $directions>) -> S {
-                parameters[0].clone() * i.strain[0][0].clone() * 0.5
-            }
-        })*
-    };
+    #[inline]
+    fn density_of<S: Scalar>(&self, parameters: &[S], i: &Invariants<S, D>) -> S {
+        const { assert!(D > 0, "a tension acts along the fibre of a law that reads one") };
+        parameters[0].clone() * i.strain[0][0].clone() * 0.5
+    }
 }
-along_the_fibre!(1, 2, 3);

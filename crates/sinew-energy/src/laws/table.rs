@@ -6,9 +6,7 @@ use crate::laws::{
     ActiveTension, ByYoungPoisson, Compressible, Guccione, HolzapfelOgden, HolzapfelOgden2009,
     HolzapfelOgdenCompressible, LinearElastic, NeoHookean, NeoHookeanShape, PlaneStress,
 };
-use crate::{
-    ActiveStress, Law, Material, NearlyIncompressible, ShapeEnergy, Solid, Strain, VolumeEnergy,
-};
+use crate::{Law, Material, NearlyIncompressible, ShapeEnergy, Solid, Strain, VolumeEnergy};
 use std::sync::Arc;
 
 /// A law that has a name in case files.
@@ -48,6 +46,8 @@ pub const TENSION: &str = "T_a";
 
 const STRESS: &str = "kPa";
 const NUMBER: &str = "1";
+/// Units of a stiffness and an exponent, of the tissue and of its fibres.
+const FIBROUS: &[&str] = &[STRESS, NUMBER, STRESS, NUMBER];
 
 /// All laws.
 pub static LAWS: &[NamedLaw] = &[
@@ -55,38 +55,34 @@ pub static LAWS: &[NamedLaw] = &[
     row::<ByYoungPoisson<NeoHookean>, 0>("neo-hookean-young", &[STRESS, NUMBER], |_| {
         ByYoungPoisson(NeoHookean).along(vec![])
     }),
-    row::<NearlyIncompressible<NeoHookeanShape>, 0>("neo-hookean-isochoric", &[STRESS], |own| {
+    solid::<NearlyIncompressible<NeoHookeanShape>, 0>("neo-hookean-isochoric", &[STRESS], |own| {
         NeoHookeanShape.nearly_incompressible(own.bulk_modulus).along(vec![])
-    })
-    .with_bulk_modulus(),
-    row::<NearlyIncompressible<HolzapfelOgden>, 1>(
-        "holzapfel-ogden",
-        &[STRESS, NUMBER, STRESS, NUMBER],
-        |own| own.solid(HolzapfelOgden.nearly_incompressible(own.bulk_modulus)),
-    )
-    .with_bulk_modulus(),
-    row::<Solid<HolzapfelOgdenCompressible, Compressible>, 1>(
+    }),
+    solid::<NearlyIncompressible<HolzapfelOgden>, 1>("holzapfel-ogden", FIBROUS, |own| {
+        own.solid(HolzapfelOgden.nearly_incompressible(own.bulk_modulus))
+    }),
+    solid::<Solid<HolzapfelOgdenCompressible, Compressible>, 1>(
         "holzapfel-ogden-thesis",
-        &[STRESS, NUMBER, STRESS, NUMBER],
+        FIBROUS,
         |own| {
-            let kappa = own.bulk_modulus;
-            own.solid(Solid::new(HolzapfelOgdenCompressible, Compressible { kappa }))
+            let volume = Compressible { kappa: own.bulk_modulus };
+            own.solid(Solid::new(HolzapfelOgdenCompressible, volume))
         },
-    )
-    .with_bulk_modulus(),
-    row::<NearlyIncompressible<HolzapfelOgden2009>, 2>(
+    ),
+    solid::<NearlyIncompressible<HolzapfelOgden2009>, 2>(
         "holzapfel-ogden-orthotropic",
         &[STRESS, NUMBER, STRESS, NUMBER, STRESS, NUMBER, STRESS, NUMBER],
         |own| own.solid(HolzapfelOgden2009.nearly_incompressible(own.bulk_modulus)),
-    )
-    .with_bulk_modulus(),
-    row::<NearlyIncompressible<Guccione>, 3>(
-        "guccione",
-        &[STRESS, NUMBER, NUMBER, NUMBER],
-        |own| own.solid(Guccione.nearly_incompressible(own.bulk_modulus)),
-    )
-    .with_bulk_modulus()
-    .about_one_axis(),
+    ),
+    NamedLaw {
+        // Independent of the directions across the first one.
+        needed: 1,
+        ..solid::<NearlyIncompressible<Guccione>, 3>(
+            "guccione",
+            &[STRESS, NUMBER, NUMBER, NUMBER],
+            |own| own.solid(Guccione.nearly_incompressible(own.bulk_modulus)),
+        )
+    },
     row::<LinearElastic, 0>("linear-elastic", &[STRESS, STRESS], |_| LinearElastic.along(vec![])),
     row::<PlaneStress, 0>("linear-elastic-plane-stress", &[STRESS, STRESS], |_| {
         PlaneStress(LinearElastic).along(vec![])
@@ -98,11 +94,10 @@ const fn row<L: Law<D>, const D: usize>(
     units: &'static [&'static str],
     material: fn(LawConstants) -> Arc<dyn Material>,
 ) -> NamedLaw {
-    let (about, parameters) = (L::NAME, L::PARAMETERS);
     NamedLaw {
         name,
-        about,
-        parameters,
+        about: L::NAME,
+        parameters: L::PARAMETERS,
         units,
         bulk_modulus: false,
         directions: D,
@@ -111,11 +106,16 @@ const fn row<L: Law<D>, const D: usize>(
     }
 }
 
-impl NamedLaw {
-    const fn with_bulk_modulus(self) -> Self {
-        Self { bulk_modulus: true, ..self }
-    }
+/// A law with a bulk modulus.
+const fn solid<L: Law<D>, const D: usize>(
+    name: &'static str,
+    units: &'static [&'static str],
+    material: fn(LawConstants) -> Arc<dyn Material>,
+) -> NamedLaw {
+    NamedLaw { bulk_modulus: true, ..row::<L, D>(name, units, material) }
+}
 
+impl NamedLaw {
     /// Whether it is put together from shape energy, volume response and fibres, so that it can contract.
     pub const fn is_fibrous_solid(&self) -> bool {
         self.bulk_modulus && self.directions > 0
@@ -124,11 +124,6 @@ impl NamedLaw {
     /// The material, whose directions are still to be given. Without the bulk modulus that the law needs its energy is infinite.
     pub fn material(&self, constants: LawConstants) -> Arc<dyn Material> {
         (self.material)(constants)
-    }
-
-    /// Transversely isotropic: independent of the directions across the first one.
-    const fn about_one_axis(self) -> Self {
-        Self { needed: 1, ..self }
     }
 }
 
@@ -154,10 +149,7 @@ impl LawConstants {
     fn solid<M: ShapeEnergy<D>, V: VolumeEnergy, const D: usize>(
         self,
         solid: Solid<M, V>,
-    ) -> Arc<dyn Material>
-    where
-        ActiveTension: ActiveStress<D>,
-    {
+    ) -> Arc<dyn Material> {
         let solid = Solid { strain: self.strain, ..solid };
         match self.active {
             true => solid.with_active(ActiveTension).along(vec![]),
