@@ -97,15 +97,21 @@ pub struct BodyArrays {
 #[macro_export]
 macro_rules! with_nodes {
     ($nodes:expr, $N:ident => $value:expr) => {
-        $crate::with_nodes!($nodes, $N => $value, of 4, 10, 8, 3, 6)
+        $crate::with_constant!($nodes, $N => $value, of 4, 10, 8, 3, 6)
     };
-    ($nodes:expr, $N:ident => $value:expr, of $($count:literal),+) => {
-        match $nodes {
+}
+
+/// Evaluates an expression with a number as a constant `N`; the numbers that it may be are listed.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! with_constant {
+    ($number:expr, $N:ident => $value:expr, of $($count:literal),+) => {
+        match $number {
             $($count => {
                 const $N: usize = $count;
                 $value
             })+
-            other => unreachable!("no element has {other} nodes"),
+            other => unreachable!("{other} is not among the numbers"),
         }
     };
 }

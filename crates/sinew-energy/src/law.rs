@@ -2,7 +2,7 @@
 
 use crate::material::AtPoints;
 use crate::{Exact, Guard, Material};
-use sinew_num::{Jet, Mat3, Scalar, Slope};
+use sinew_num::{Jet, Mat3, Scalar, Slope, Taylor};
 use std::fmt::Debug;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -92,13 +92,13 @@ pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
 
     /// Energy density [stress unit of the parameters].
     ///
-    /// `parameters` are in the order of [`Law::PARAMETERS`], `displacement_gradient` is
+    /// `parameters` are in the order of [`Law::PARAMETERS`], `h` is the displacement gradient
     /// `∂u_i/∂X_j`, `directions` are unit vectors in the reference configuration.
     /// With [`Exact`] the caller makes sure that J > 0, see [`Law::energy`].
     fn density<S: Scalar, G: Guard>(
         &self,
         parameters: &[S],
-        displacement_gradient: &Mat3<S>,
+        h: &Mat3<S>,
         directions: &[[S; 3]; D],
         guard: &G,
     ) -> S;
@@ -107,15 +107,15 @@ pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
     fn energy<G: Guard>(
         &self,
         parameters: &[f64],
-        displacement_gradient: &Mat3<f64>,
+        h: &Mat3<f64>,
         directions: &[[f64; 3]; D],
         guard: &G,
     ) -> f64 {
-        let admissible = guard.volume_change(displacement_gradient.volume_change()) > -1.0;
+        let admissible = guard.volume_change(h.volume_change()) > -1.0;
         if !admissible {
             return f64::INFINITY;
         }
-        finite_or_infinite(self.density(parameters, displacement_gradient, directions, guard))
+        finite_or_infinite(self.density(parameters, h, directions, guard))
     }
 
     /// Energy density and first Piola–Kirchhoff stress `P_ij = ∂Ψ/∂H_ij`.
@@ -124,33 +124,28 @@ pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
     fn stress<G: Guard>(
         &self,
         parameters: &[f64],
-        displacement_gradient: &Mat3<f64>,
+        h: &Mat3<f64>,
         directions: &[[f64; 3]; D],
         guard: &G,
     ) -> (f64, Mat3<f64>) {
         // Written so that a NaN is inadmissible.
-        let admissible = guard.volume_change(displacement_gradient.volume_change()) > -1.0;
+        let admissible = guard.volume_change(h.volume_change()) > -1.0;
         if !admissible {
             return (f64::INFINITY, Mat3::ZERO);
         }
-        stress_by_slopes(self, parameters, displacement_gradient, directions, guard)
+        stress_by_slopes(self, parameters, h, directions, guard)
     }
 
     /// Energy density, stress and tangent without a guard.
     ///
     /// The default differentiates [`Law::density`] by second-order jets; a law may override it with a
     /// closed form, which [`crate::conformance`] then checks against the jets.
-    fn response(
-        &self,
-        parameters: &[f64],
-        displacement_gradient: &Mat3<f64>,
-        directions: &[[f64; 3]; D],
-    ) -> Response {
-        let admissible = displacement_gradient.volume_change() > -1.0;
+    fn response(&self, parameters: &[f64], h: &Mat3<f64>, directions: &[[f64; 3]; D]) -> Response {
+        let admissible = h.volume_change() > -1.0;
         if !admissible {
             return Response::INADMISSIBLE;
         }
-        response_by_jets(self, parameters, displacement_gradient, directions)
+        response_by_jets(self, parameters, h, directions)
     }
 
     /// Change of the stress with the parameters along `rates`, one per parameter: `∂²Ψ/∂H∂θ · rates`. J must be positive.
@@ -158,20 +153,28 @@ pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
         &self,
         parameters: &[f64],
         rates: &[f64],
-        displacement_gradient: &Mat3<f64>,
+        h: &Mat3<f64>,
         directions: &[[f64; 3]; D],
     ) -> Mat3<f64> {
         // Jets in the strain and, as the last variable, along the rates.
-        let mut moving: Vec<_> = parameters.iter().map(|&p| Jet::<10>::constant(p)).collect();
-        moving.iter_mut().zip(rates).for_each(|(p, rate)| p.gradient[9] = *rate);
-        let jet = self.density(
-            &moving,
-            &displacement_gradient.seeded(Jet::variable),
-            &directions.map(|d| d.map(Jet::constant)),
-            &Exact,
-        );
+        let jet: Jet<10> = differentiated(self, parameters, rates, h, directions, &Exact);
         Mat3::from_fn(|i, j| jet.hessian[9][3 * i + j])
     }
+}
+
+/// The energy density in the entries of H; if rates of the parameters are given, the last variable runs along them.
+fn differentiated<L: Law<D>, G: Guard, const D: usize, const N: usize, const M: usize>(
+    law: &L,
+    parameters: &[f64],
+    rates: &[f64],
+    h: &Mat3<f64>,
+    directions: &[[f64; 3]; D],
+    guard: &G,
+) -> Taylor<N, M> {
+    let mut moving: Vec<_> = parameters.iter().map(|&p| Taylor::constant(p)).collect();
+    moving.iter_mut().zip(rates).for_each(|(p, &rate)| p.gradient[N - 1] = rate);
+    let directions = directions.map(|d| d.map(Taylor::constant));
+    law.density(&moving, &h.seeded(Taylor::variable), &directions, guard)
 }
 
 /// [`Law::stress`] by first-order Taylor numbers whatever the law overrides: the reference of closed
@@ -179,17 +182,11 @@ pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
 pub fn stress_by_slopes<L: Law<D>, G: Guard, const D: usize>(
     law: &L,
     parameters: &[f64],
-    displacement_gradient: &Mat3<f64>,
+    h: &Mat3<f64>,
     directions: &[[f64; 3]; D],
     guard: &G,
 ) -> (f64, Mat3<f64>) {
-    let constants: Vec<_> = parameters.iter().map(|&p| Slope::<9>::constant(p)).collect();
-    let slope = law.density(
-        &constants,
-        &displacement_gradient.seeded(Slope::variable),
-        &directions.map(|d| d.map(Slope::constant)),
-        guard,
-    );
+    let slope: Slope<9> = differentiated(law, parameters, &[], h, directions, guard);
     let overflow = !slope.value.is_finite() || slope.gradient.iter().any(|x| x.is_nan());
     if overflow {
         return (f64::INFINITY, Mat3::ZERO);
@@ -201,16 +198,10 @@ pub fn stress_by_slopes<L: Law<D>, G: Guard, const D: usize>(
 pub fn response_by_jets<L: Law<D>, const D: usize>(
     law: &L,
     parameters: &[f64],
-    displacement_gradient: &Mat3<f64>,
+    h: &Mat3<f64>,
     directions: &[[f64; 3]; D],
 ) -> Response {
-    let constants: Vec<_> = parameters.iter().map(|&p| Jet::<9>::constant(p)).collect();
-    let jet = law.density(
-        &constants,
-        &displacement_gradient.seeded(Jet::variable),
-        &directions.map(|d| d.map(Jet::constant)),
-        &Exact,
-    );
+    let jet: Jet<9> = differentiated(law, parameters, &[], h, directions, &Exact);
     let mut derivatives = jet.gradient.iter().chain(jet.hessian.as_flattened());
     if !jet.value.is_finite() || derivatives.any(|x| x.is_nan()) {
         return Response::INADMISSIBLE;

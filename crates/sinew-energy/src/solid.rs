@@ -22,13 +22,8 @@ pub trait ShapeEnergy<const D: usize>: Clone + Debug + Send + Sync + 'static {
         crate::law::POSITIVE
     }
 
-    /// Energy density [stress unit of the parameters]. The invariants are guarded in J only.
-    fn density_of<S: Scalar, G: Guard>(
-        &self,
-        parameters: &[S],
-        invariants: &Invariants<S, D>,
-        guard: &G,
-    ) -> S;
+    /// Energy density [stress unit of the parameters θ]. The invariants are guarded in J only.
+    fn density_of<S: Scalar, G: Guard>(&self, theta: &[S], i: &Invariants<S, D>, guard: &G) -> S;
 }
 
 /// Strain energy density of changes of volume: one part of a [`Solid`].
@@ -163,18 +158,13 @@ impl<M: ShapeEnergy<D>, V: VolumeEnergy, A: ActiveStress<D>, const D: usize> Inv
     }
 
     #[inline]
-    fn density_of<S: Scalar, G: Guard>(
-        &self,
-        parameters: &[S],
-        invariants: &Invariants<S, D>,
-        guard: &G,
-    ) -> S {
-        let (of_shape, of_active) = parameters.split_at(M::PARAMETERS.len());
+    fn density_of<S: Scalar, G: Guard>(&self, theta: &[S], i: &Invariants<S, D>, guard: &G) -> S {
+        let (of_shape, of_active) = theta.split_at(M::PARAMETERS.len());
         let strain = match self.strain {
-            Strain::Isochoric => invariants.isochoric(guard),
+            Strain::Isochoric => i.isochoric(guard),
             Strain::Whole => Invariants {
-                volume_change: guard.volume_change(invariants.volume_change.clone()),
-                ..invariants.clone()
+                volume_change: guard.volume_change(i.volume_change.clone()),
+                ..i.clone()
             },
         };
         let volume = self.volume.density(strain.volume_change.clone());
@@ -182,6 +172,6 @@ impl<M: ShapeEnergy<D>, V: VolumeEnergy, A: ActiveStress<D>, const D: usize> Inv
         if A::NONE {
             return passive;
         }
-        passive + self.active.density_of(of_active, invariants)
+        passive + self.active.density_of(of_active, i)
     }
 }

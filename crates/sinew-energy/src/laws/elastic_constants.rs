@@ -25,40 +25,40 @@ macro_rules! at_parameters {
         fn density<S: Scalar, G: Guard>(
             &self,
             parameters: &[S],
-            displacement_gradient: &Mat3<S>,
+            h: &Mat3<S>,
             directions: &[[S; 3]; 0],
             guard: &G,
         ) -> S {
-            self.0.density(&$own(parameters), displacement_gradient, directions, guard)
+            self.0.density(&$own(parameters), h, directions, guard)
         }
 
         fn energy<G: Guard>(
             &self,
             parameters: &[f64],
-            displacement_gradient: &Mat3<f64>,
+            h: &Mat3<f64>,
             directions: &[[f64; 3]; 0],
             guard: &G,
         ) -> f64 {
-            self.0.energy(&$own(parameters), displacement_gradient, directions, guard)
+            self.0.energy(&$own(parameters), h, directions, guard)
         }
 
         fn stress<G: Guard>(
             &self,
             parameters: &[f64],
-            displacement_gradient: &Mat3<f64>,
+            h: &Mat3<f64>,
             directions: &[[f64; 3]; 0],
             guard: &G,
         ) -> (f64, Mat3<f64>) {
-            self.0.stress(&$own(parameters), displacement_gradient, directions, guard)
+            self.0.stress(&$own(parameters), h, directions, guard)
         }
 
         fn response(
             &self,
             parameters: &[f64],
-            displacement_gradient: &Mat3<f64>,
+            h: &Mat3<f64>,
             directions: &[[f64; 3]; 0],
         ) -> Response {
-            self.0.response(&$own(parameters), displacement_gradient, directions)
+            self.0.response(&$own(parameters), h, directions)
         }
     };
 }

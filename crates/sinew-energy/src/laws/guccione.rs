@@ -32,14 +32,9 @@ impl ShapeEnergy<3> for Guccione {
     const PARAMETERS: &'static [&'static str] = &["C", "b_f", "b_t", "b_fs"];
 
     #[inline]
-    fn density_of<S: Scalar, G: Guard>(
-        &self,
-        parameters: &[S],
-        invariants: &Invariants<S, 3>,
-        guard: &G,
-    ) -> S {
-        let [c, b_f, b_t, b_fs] = named(parameters);
-        let square = |p: usize, q: usize| invariants.strain[p][q].clone().squared();
+    fn density_of<S: Scalar, G: Guard>(&self, theta: &[S], i: &Invariants<S, 3>, guard: &G) -> S {
+        let [c, b_f, b_t, b_fs] = named(theta);
+        let square = |p: usize, q: usize| i.strain[p][q].clone().squared();
         let along = b_f.clone() * square(0, 0);
         let across = b_t.clone() * (square(1, 1) + square(2, 2) + square(1, 2) * 2.0);
         let shear = b_fs.clone() * (square(0, 1) + square(0, 2)) * 2.0;

@@ -18,16 +18,11 @@ impl ShapeEnergy<2> for HolzapfelOgden2009 {
         &["a", "b", "a_f", "b_f", "a_s", "b_s", "a_fs", "b_fs"];
 
     #[inline]
-    fn density_of<S: Scalar, G: Guard>(
-        &self,
-        parameters: &[S],
-        invariants: &Invariants<S, 2>,
-        guard: &G,
-    ) -> S {
-        let [a, b, a_f, b_f, a_s, b_s, a_fs, b_fs] = named(parameters);
-        let [[fibre, shear], [_, sheet]] = &invariants.strain;
-        let [fibre, sheet] = [fibre, sheet].map(|i| guard.fibre_invariant(i.clone()).at_least(0.0));
-        fung(a, b, guard.first_invariant(invariants.first.clone()), guard)
+    fn density_of<S: Scalar, G: Guard>(&self, theta: &[S], i: &Invariants<S, 2>, guard: &G) -> S {
+        let [a, b, a_f, b_f, a_s, b_s, a_fs, b_fs] = named(theta);
+        let [[fibre, shear], [_, sheet]] = &i.strain;
+        let [fibre, sheet] = [fibre, sheet].map(|e| guard.fibre_invariant(e.clone()).at_least(0.0));
+        fung(a, b, guard.first_invariant(i.first.clone()), guard)
             + fung(a_f, b_f, fibre.squared(), guard)
             + fung(a_s, b_s, sheet.squared(), guard)
             + fung(a_fs, b_fs, shear.clone().squared(), guard)

@@ -19,16 +19,11 @@ impl ShapeEnergy<1> for HolzapfelOgdenCompressible {
     const PARAMETERS: &'static [&'static str] = &["a", "b", "a_f", "b_f"];
 
     #[inline]
-    fn density_of<S: Scalar, G: Guard>(
-        &self,
-        parameters: &[S],
-        invariants: &Invariants<S, 1>,
-        guard: &G,
-    ) -> S {
-        let [a, b, a_f, b_f] = named(parameters);
-        let [[fibre]] = &invariants.strain;
+    fn density_of<S: Scalar, G: Guard>(&self, theta: &[S], i: &Invariants<S, 1>, guard: &G) -> S {
+        let [a, b, a_f, b_f] = named(theta);
+        let [[fibre]] = &i.strain;
         let fibre = guard.fibre_invariant(fibre.clone());
-        let matrix = fung(a, b, guard.first_invariant(invariants.first.clone()), guard);
+        let matrix = fung(a, b, guard.first_invariant(i.first.clone()), guard);
         let fibres = fung(a_f, b_f, fibre.squared(), guard);
         (matrix + fibres) * 2.0
     }

@@ -23,12 +23,11 @@ impl Law<0> for LinearElastic {
     fn density<S: Scalar, G: Guard>(
         &self,
         parameters: &[S],
-        displacement_gradient: &Mat3<S>,
+        h: &Mat3<S>,
         _directions: &[[S; 3]; 0],
         _guard: &G,
     ) -> S {
         let [shear, lame] = named(parameters);
-        let h = displacement_gradient;
         let twice = |i, j| (h.at(i, j) + h.at(j, i)).squared();
         let diagonal = h.at(0, 0).squared() + h.at(1, 1).squared() + h.at(2, 2).squared();
         let squared = diagonal + (twice(0, 1) + twice(0, 2) + twice(1, 2)) * 0.5;
@@ -38,40 +37,33 @@ impl Law<0> for LinearElastic {
     fn energy<G: Guard>(
         &self,
         parameters: &[f64],
-        displacement_gradient: &Mat3<f64>,
+        h: &Mat3<f64>,
         directions: &[[f64; 3]; 0],
         guard: &G,
     ) -> f64 {
-        let energy = self.density(parameters, displacement_gradient, directions, guard);
+        let energy = self.density(parameters, h, directions, guard);
         crate::law::finite_or_infinite(energy)
     }
 
     fn stress<G: Guard>(
         &self,
         parameters: &[f64],
-        displacement_gradient: &Mat3<f64>,
+        h: &Mat3<f64>,
         directions: &[[f64; 3]; 0],
         guard: &G,
     ) -> (f64, Mat3<f64>) {
-        let energy = self.energy(parameters, displacement_gradient, directions, guard);
+        let energy = self.energy(parameters, h, directions, guard);
         if energy == f64::INFINITY {
             return (energy, Mat3::ZERO);
         }
         let [shear, lame] = *named(parameters);
-        let h = displacement_gradient;
         let pressure = lame * h.trace();
         let stress = |i, j| shear * (h[i][j] + h[j][i]) + if i == j { pressure } else { 0.0 };
         (energy, Mat3::from_fn(stress))
     }
 
-    fn response(
-        &self,
-        parameters: &[f64],
-        displacement_gradient: &Mat3<f64>,
-        directions: &[[f64; 3]; 0],
-    ) -> Response {
-        let (energy, stress) =
-            self.stress(parameters, displacement_gradient, directions, &crate::Exact);
+    fn response(&self, parameters: &[f64], h: &Mat3<f64>, directions: &[[f64; 3]; 0]) -> Response {
+        let (energy, stress) = self.stress(parameters, h, directions, &crate::Exact);
         let [shear, lame] = *named(parameters);
         let delta = |a, b| if a == b { 1.0 } else { 0.0 };
         let tangent = std::array::from_fn(|row| {

@@ -22,15 +22,10 @@ impl InvariantLaw<0> for NeoHookean {
     }
 
     #[inline]
-    fn density_of<S: Scalar, G: Guard>(
-        &self,
-        parameters: &[S],
-        invariants: &Invariants<S, 0>,
-        guard: &G,
-    ) -> S {
-        let [shear, lame] = named(parameters);
-        let log_j = guard.volume_change(invariants.volume_change.clone()).ln_1p();
-        let stretch = guard.first_invariant(invariants.first.clone());
+    fn density_of<S: Scalar, G: Guard>(&self, theta: &[S], i: &Invariants<S, 0>, guard: &G) -> S {
+        let [shear, lame] = named(theta);
+        let log_j = guard.volume_change(i.volume_change.clone()).ln_1p();
+        let stretch = guard.first_invariant(i.first.clone());
         lame.clone() * log_j.clone().squared() * 0.5 + shear.clone() * (stretch * 0.5 - log_j)
     }
 }

@@ -16,13 +16,8 @@ impl ShapeEnergy<0> for NeoHookeanShape {
     const PARAMETERS: &'static [&'static str] = &["mu"];
 
     #[inline]
-    fn density_of<S: Scalar, G: Guard>(
-        &self,
-        parameters: &[S],
-        invariants: &Invariants<S, 0>,
-        guard: &G,
-    ) -> S {
-        let [shear] = named(parameters);
-        shear.clone() * guard.first_invariant(invariants.first.clone()) * 0.5
+    fn density_of<S: Scalar, G: Guard>(&self, theta: &[S], i: &Invariants<S, 0>, guard: &G) -> S {
+        let [shear] = named(theta);
+        shear.clone() * guard.first_invariant(i.first.clone()) * 0.5
     }
 }
