@@ -4,7 +4,8 @@ mod closing;
 mod part;
 mod pressed_lid;
 
-use crate::{Body, Frames};
+use crate::Body;
+use crate::lower::Held;
 use closing::components;
 pub(crate) use closing::{FLAT, Surroundings, sorted};
 use part::{Add, moved, projected};
@@ -64,14 +65,14 @@ impl Cavity {
     pub(crate) fn pressed(
         &self,
         points: &[[f64; 3]],
-        (prescribed, frames): (&[Option<f64>], &Frames),
+        held: &Held,
         middle: &HashMap<[usize; 2], usize>,
     ) -> Option<(Vec<[f64; 3]>, Vec<PressedLid>)> {
         let (mut origins, mut lids) = (points.to_vec(), Vec::new());
         let at = |node: usize| points[node];
         for part in &self.parts {
             let planes = part.planes.iter().chain(part.lids.iter().flat_map(|lid| &lid.planes));
-            let mut resting = planes.map(|p| frames.held_along(p.node, &p.normal, prescribed));
+            let mut resting = planes.map(|p| held.along(p.node, &p.normal));
             let is_whole = part.field == Mat3::from_fn(|i, j| Mat3::IDENTITY[i][j] / 3.0);
             if !is_whole || !resting.all(|moved| moved == Some(0.0)) {
                 return None;

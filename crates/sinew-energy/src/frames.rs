@@ -1,10 +1,7 @@
 //! Local axes of nodes with supports that are not along the coordinate axes.
 
-use sinew_num::{Mat3, dot3};
+use sinew_num::Mat3;
 use std::collections::BTreeMap;
-
-/// Component of a unit vector that is a rounding error in the axes of a frame.
-const ROUNDING: f64 = 1e-12;
 
 /// Orthonormal frames of the nodes whose supports are not along the coordinate axes, one axis per row.
 ///
@@ -38,21 +35,6 @@ impl Frames {
         let component = degree_of_freedom % 3;
         let own = self.get(degree_of_freedom / 3).map(|frame| frame[component]);
         own.unwrap_or(Mat3::IDENTITY[component])
-    }
-
-    /// Displacement of a node along a direction \[length\], if the prescribed degrees of freedom determine it.
-    pub(crate) fn held_along(
-        &self,
-        node: usize,
-        direction: &[f64; 3],
-        prescribed: &[Option<f64>],
-    ) -> Option<f64> {
-        let of = |dof: usize| {
-            let share = dot3(&self.axis(dof), direction);
-            let none = || (share.abs() <= ROUNDING).then_some(0.0);
-            prescribed[dof].map_or_else(none, |u| Some(share * u))
-        };
-        (3 * node..3 * node + 3).map(of).sum()
     }
 
     /// A degree of freedom of a Cartesian vector over all nodes.

@@ -90,8 +90,7 @@ fn sliding(
             continue;
         }
         let across = |axis: usize| {
-            let along =
-                |node| held.frames.held_along(node, &Mat3::IDENTITY[axis], &held.prescribed);
+            let along = |node| held.along(node, &Mat3::IDENTITY[axis]);
             let place = |&node: &usize| Some(points[node][axis] + along(node)?);
             let places = piece.iter().map(place).collect::<Option<Vec<_>>>()?;
             Some((axis, Sliding { piece: piece.clone(), ends: ends(places.into_iter()) }))

@@ -45,14 +45,19 @@ impl PressureSurface {
 
     /// Potential of the load [stress·length³].
     pub fn value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
-        let volume = |facet| match (self.lid(facet), self.triangles) {
+        let energies = (0..self.facets()).map(|facet| self.facet_energy(facet, displacement));
+        self.magnitude.value(theta) * energies.sum::<f64>()
+    }
+
+    /// Energy of one facet under unit pressure \[length³\].
+    fn facet_energy(&self, facet: usize, displacement: &[f64]) -> f64 {
+        match (self.lid(facet), self.triangles) {
             (Some(lid), _) => lid.change(displacement),
             (None, Some(form)) => {
                 form.facet_energy(self.triangle(facet), &self.moved(facet, displacement))
             }
             (None, None) => self.facet_volume(facet, displacement),
-        };
-        self.magnitude.value(theta) * (0..self.facets()).map(volume).sum::<f64>()
+        }
     }
 
     /// Potential of the load [stress·length³]; its gradient is added to `gradient` [stress·length²].
@@ -93,6 +98,7 @@ impl PressureSurface {
         response: &mut SurfaceResponse,
     ) {
         response.clear(self.facet_nodes(facet).len());
+        response.energy = self.facet_energy(facet, displacement);
         if let Some(lid) = self.lid(facet) {
             return lid.respond(displacement, with_hessian, response);
         }
@@ -101,22 +107,20 @@ impl PressureSurface {
             return form.respond(self.triangle(facet), &moved, with_hessian, response);
         }
         let scale = 1.0 / self.rule.dimension as f64;
-        response.energy = self.facet_volume(facet, displacement);
-        self.for_points(facet, displacement, |at, n, [ns, nt], weight| {
+        self.for_points(facet, displacement, |[x, xs, xt], n, [ns, nt], weight| {
             let weight = weight * scale;
-            let normal = at.normal();
-            let [across, along] = [cross(&at.t, &at.x), cross(&at.x, &at.s)];
+            let (normal, across, along) = (cross(&xs, &xt), cross(&xt, &x), cross(&x, &xs));
             for a in 0..n.len() {
                 for i in 0..3 {
                     response.gradient[3 * a + i] +=
                         weight * (n[a] * normal[i] + ns[a] * across[i] + nt[a] * along[i]);
                 }
                 for b in (0..n.len()).take_while(|_| with_hessian) {
-                    let t = ns[a] * n[b] - n[a] * ns[b];
-                    let s = n[a] * nt[b] - nt[a] * n[b];
-                    let x = nt[a] * ns[b] - ns[a] * nt[b];
-                    let axis = |i: usize| weight * (t * at.t[i] + s * at.s[i] + x * at.x[i]);
-                    response.add_cross(a, b, [axis(0), axis(1), axis(2)]);
+                    let of_t = ns[a] * n[b] - n[a] * ns[b];
+                    let of_s = n[a] * nt[b] - nt[a] * n[b];
+                    let of_x = nt[a] * ns[b] - ns[a] * nt[b];
+                    let axis = |i: usize| weight * (of_t * xt[i] + of_s * xs[i] + of_x * x[i]);
+                    response.add_cross(a, b, std::array::from_fn(axis));
                 }
             }
         });
@@ -139,15 +143,15 @@ impl PressureSurface {
             return self.respond(facet, displacement, true, response);
         }
         response.clear(self.rule.nodes);
-        self.for_points(facet, displacement, |at, n, [ns, nt], weight| {
-            let normal = at.normal();
+        self.for_points(facet, displacement, |[_, xs, xt], n, [ns, nt], weight| {
+            let normal = cross(&xs, &xt);
             for a in 0..n.len() {
                 for i in 0..3 {
                     response.gradient[3 * a + i] += weight * n[a] * normal[i];
                 }
                 for b in 0..n.len() {
-                    let axis = |i: usize| weight * n[a] * (nt[b] * at.s[i] - ns[b] * at.t[i]);
-                    response.add_cross(a, b, [axis(0), axis(1), axis(2)]);
+                    let axis = |i: usize| weight * n[a] * (nt[b] * xs[i] - ns[b] * xt[i]);
+                    response.add_cross(a, b, std::array::from_fn(axis));
                 }
             }
         });
@@ -179,24 +183,24 @@ impl PressureSurface {
         volume / self.rule.dimension as f64
     }
 
+    /// Calls `visit` with the deformed position and tangents of a facet at each point, the shape functions, their slopes and the weight.
     fn for_points(
         &self,
         facet: usize,
         displacement: &[f64],
-        mut visit: impl FnMut(&Place, &[f64], [&[f64]; 2], f64),
+        mut visit: impl FnMut([[f64; 3]; 3], &[f64], [&[f64]; 2], f64),
     ) {
         let current = |row: usize| {
             let node = self.nodes[row];
             std::array::from_fn(|i| self.positions[row][i] + displacement[3 * node + i])
         };
         for point in &self.rule.points {
-            let [s, t] = [&point.slope[0], &point.slope[1]];
-            let at = |nodal: &[f64]| self.interpolate(facet, nodal, current);
-            let mut place = Place { x: at(&point.shape), s: at(s), t: at(t) };
+            let [n, s, t] = [&point.shape, &point.slope[0], &point.slope[1]];
+            let mut place = [n, s, t].map(|nodal| self.interpolate(facet, nodal, current));
             if self.rule.dimension == 2 {
-                place.t[2] = 1.0;
+                place[2][2] = 1.0;
             }
-            visit(&place, &point.shape, [s, t], point.weight);
+            visit(place, n, [s, t], point.weight);
         }
     }
 
@@ -211,18 +215,5 @@ impl PressureSurface {
             let value = value(first + a);
             std::array::from_fn(|i| sum[i] + n * value[i])
         })
-    }
-}
-
-/// Deformed position and tangents of a facet.
-struct Place {
-    x: [f64; 3],
-    s: [f64; 3],
-    t: [f64; 3],
-}
-
-impl Place {
-    fn normal(&self) -> [f64; 3] {
-        cross(&self.s, &self.t)
     }
 }

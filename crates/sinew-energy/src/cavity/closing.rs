@@ -1,7 +1,7 @@
 //! Rims, lids and symmetry planes of a surface.
 
 use super::part::{CavityPart, Lid, SymmetryPlane, moved};
-use crate::Frames;
+use crate::lower::Held;
 use sinew_mesh::{TriangleMesh, boundary_facets};
 use sinew_num::{Mat3, connected_components, cross, dot3, norm, sub3};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -17,8 +17,7 @@ pub(crate) const FLAT: f64 = 1e-5;
 /// ascending.
 pub(crate) struct Surroundings<'a> {
     pub points: &'a [[f64; 3]],
-    pub prescribed: &'a [Option<f64>],
-    pub frames: &'a Frames,
+    pub held: &'a Held,
     pub beyond: HashMap<[usize; 2], Vec<usize>>,
     /// Distances from a plane that count as rounding errors \[length\].
     pub even: f64,
@@ -116,19 +115,19 @@ impl Surroundings<'_> {
     fn plane(&self, edge: [usize; 2], planes: &mut Vec<Plane>) -> Option<usize> {
         let facet = self.beyond.get(&sorted(edge))?;
         // Supports that hold all directions are no symmetry.
-        let slides = |node: &&usize| (0..3).any(|i| self.prescribed[3 * **node + i].is_none());
+        let is_free = |dof: usize| self.held.prescribed[dof].is_none();
+        let slides = |node: &&usize| (0..3).any(|i| is_free(3 * **node + i));
         let dofs = facet.iter().filter(slides).flat_map(|node| 3 * node..3 * node + 3);
-        let held = dofs.filter(|&dof| self.prescribed[dof].is_some());
+        let held = dofs.filter(|&dof| !is_free(dof));
         let level = |normal: [f64; 3]| {
             let height = |&node: &usize| {
-                let moved = self.frames.held_along(node, &normal, self.prescribed)?;
-                Some(dot3(&normal, &self.points[node]) + moved)
+                Some(dot3(&normal, &self.points[node]) + self.held.along(node, &normal)?)
             };
             let heights = facet.iter().map(height).collect::<Option<Vec<_>>>()?;
             let is_even = heights.iter().all(|other| (other - heights[0]).abs() <= self.even);
             is_even.then_some(Plane { normal, height: heights[0], node: edge[0] })
         };
-        let found = held.map(|dof| self.frames.axis(dof)).find_map(level)?;
+        let found = held.map(|dof| self.held.frames.axis(dof)).find_map(level)?;
         let is_found = |plane: &Plane| {
             (plane.height - found.height).abs() <= self.even && are_parallel(plane, &found)
         };

@@ -86,7 +86,7 @@ impl PressedLid {
         sum / 6.0
     }
 
-    /// [`PressedLid::change`], its gradient and, if asked for, its Hessian.
+    /// Gradient of [`PressedLid::change`] and, if asked for, its Hessian.
     pub(crate) fn respond(
         &self,
         displacement: &[f64],
@@ -114,7 +114,6 @@ impl PressedLid {
                 }
             })
         });
-        response.energy = self.change(displacement);
         for k in 0..3 {
             let slopes = of_apex[k].iter().zip(&of_area[k]);
             for (g, (of_apex, of_area)) in response.gradient.iter_mut().zip(slopes) {

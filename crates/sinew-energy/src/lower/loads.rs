@@ -4,8 +4,7 @@ use super::{Held, Setup, finite};
 use crate::cavity::{Cavity, FLAT, Surroundings, sorted};
 use crate::rim::rim_origin;
 use crate::{
-    FacetRule, Load, Magnitude, PressureForm, PressureSurface, ReferenceLoads, ReferenceSurface,
-    SceneError,
+    FacetRule, Load, PressedLid, PressureSurface, ReferenceLoads, ReferenceSurface, SceneError,
 };
 use sinew_mesh::{Mesh, boundary_facets, extents};
 use sinew_num::sub3;
@@ -38,7 +37,8 @@ impl<const N: usize> Setup<'_, N> {
                 Load::Traction { facets, value } => {
                     let what = || format!("the traction on `{facets}`");
                     value.iter().try_for_each(|&t| finite(t, what))?;
-                    loads.surfaces.push(self.reference_surface(facets, *value, [0.0; 2])?);
+                    let surface = self.reference_surface(facets)?;
+                    loads.surfaces.push(ReferenceSurface { traction: *value, ..surface });
                 }
                 Load::Foundation { facets, normal, tangential } => {
                     for (&value, which) in [(normal, "normal"), (tangential, "tangential")] {
@@ -52,30 +52,25 @@ impl<const N: usize> Setup<'_, N> {
                             )));
                         }
                     }
-                    let stiffness = [*normal, *tangential];
-                    loads.surfaces.push(self.reference_surface(facets, [0.0; 3], stiffness)?);
+                    let (normal, tangential) = (*normal, *tangential);
+                    let surface = self.reference_surface(facets)?;
+                    loads.surfaces.push(ReferenceSurface { normal, tangential, ..surface });
                 }
-                Load::Pressure { .. }
-                | Load::CavityPressure { .. }
-                | Load::ThesisPressure { .. } => {}
+                // Pressures depend on the displacement.
+                _ => {}
             }
         }
         Ok(loads)
     }
 
-    fn reference_surface(
-        &self,
-        name: &str,
-        traction: [f64; 3],
-        [normal, tangential]: [f64; 2],
-    ) -> Result<ReferenceSurface, SceneError> {
-        let nodes = self.facet_nodes(name)?.into_iter().flatten().collect();
+    /// A surface without loads and springs.
+    fn reference_surface(&self, name: &str) -> Result<ReferenceSurface, SceneError> {
         Ok(ReferenceSurface {
             rule: FacetRule::of_cells::<N>(),
-            nodes,
-            traction,
-            normal,
-            tangential,
+            nodes: self.facet_nodes(name)?.into_iter().flatten().collect(),
+            traction: [0.0; 3],
+            normal: 0.0,
+            tangential: 0.0,
         })
     }
 
@@ -98,7 +93,7 @@ impl<const N: usize> Setup<'_, N> {
 
     /// The cavities that pressures act in, in three dimensions.
     pub(super) fn cavities(&self, held: &Held) -> Result<Vec<Cavity>, SceneError> {
-        let solid = sinew_mesh::Mesh::<N>::ELEMENT.dimension == 3;
+        let solid = Mesh::<N>::ELEMENT.dimension == 3;
         let names = self.scene.loads.iter().filter_map(Load::pressure).map(|(_, name, _)| name);
         let mut seen = HashSet::new();
         let names = names.filter(|name| solid && seen.insert(*name));
@@ -106,7 +101,7 @@ impl<const N: usize> Setup<'_, N> {
     }
 
     fn cavity(&self, name: &str, held: &Held) -> Result<Option<Cavity>, SceneError> {
-        let corners = sinew_mesh::Mesh::<N>::ELEMENT.facet_corners;
+        let corners = Mesh::<N>::ELEMENT.facet_corners;
         let (own, facets) = (self.facets(name)?, self.facet_nodes(name)?);
         let (own, nodes): (HashSet<_>, HashSet<_>) =
             (own.iter().collect(), facets.iter().flatten().copied().collect());
@@ -118,10 +113,10 @@ impl<const N: usize> Setup<'_, N> {
                 beyond.insert(edge, other.clone());
             }
         }
-        let (points, Held { prescribed, frames }) = (&self.mesh.points, held);
+        let points = &self.mesh.points;
         let places: Vec<_> = nodes.iter().map(|&node| points[node]).collect();
         let even = FLAT * extents(&places).into_iter().fold(0.0, f64::max);
-        let around = Surroundings { points, prescribed, frames, beyond, even };
+        let around = Surroundings { points, held, beyond, even };
         let fan = |nodes: Vec<usize>| -> Vec<[usize; 3]> {
             (1..corners - 1).map(|k| [nodes[0], nodes[k], nodes[k + 1]]).collect()
         };
@@ -135,59 +130,58 @@ impl<const N: usize> Setup<'_, N> {
         held: &Held,
     ) -> Result<(Vec<PressureSurface>, Vec<PressureSurface>), SceneError> {
         let (mut pressures, mut followers) = (Vec::new(), Vec::new());
+        let points = &self.mesh.points;
+        let about = |origin: [f64; 3]| (vec![origin; points.len()], Vec::new());
         for load in &self.scene.loads {
             let Some((form, name, magnitude)) = load.pressure() else { continue };
-            let (points, facets) = (&self.mesh.points, self.facet_nodes(name)?);
-            let rule = FacetRule::of_cells::<N>();
-            if matches!(load, Load::CavityPressure { .. }) {
-                pressures.push(self.cavity_pressure(name, magnitude, held)?);
-                continue;
-            }
-            let potential_origin = match form {
-                PressureForm::Follower => rim_origin(name, &rule, &facets, points, held),
-                PressureForm::Thesis if N == 4 => Ok([0.0; 3]),
-                PressureForm::Thesis => Err(SceneError::Loads(format!(
-                    "the thesis' pressure is defined on linear tetrahedra (4 nodes), not on cells of {} nodes; use Load::Pressure, the true follower load",
-                    N
+            let (rule, facets) = (FacetRule::of_cells::<N>(), self.facet_nodes(name)?);
+            let closed = match load {
+                Load::CavityPressure { .. } => self.lids(name, &rule, &facets, held),
+                Load::ThesisPressure { .. } if N != 4 => Err(SceneError::Loads(format!(
+                    "the thesis' pressure is defined on linear tetrahedra (4 nodes), not on cells of {N} nodes; use Load::Pressure, the true follower load"
                 ))),
+                Load::ThesisPressure { .. } => Ok(about([0.0; 3])),
+                _ => rim_origin(name, &rule, &facets, points, held).map(about),
             };
-            let (origin, has_potential) = match potential_origin {
-                Ok(origin) => (origin, true),
-                Err(_)
-                    if self.scene.discretisation.loose_rims && form == PressureForm::Follower =>
-                {
-                    (points[facets[0][0]], false)
-                }
+            let may_be_loose =
+                self.scene.discretisation.loose_rims && matches!(load, Load::Pressure { .. });
+            let ((origins, lids), has_potential) = match closed {
+                Ok(closed) => (closed, true),
+                Err(_) if may_be_loose => (about(points[facets[0][0]]), false),
                 Err(error) => return Err(error),
             };
-            let nodes: Vec<_> = facets.into_iter().flatten().collect();
-            let positions = nodes.iter().map(|&node| sub3(&points[node], &origin)).collect();
+            let place = |facet: &Vec<usize>| {
+                let origin = origins[facet[0]];
+                facet.iter().map(move |&node| sub3(&points[node], &origin)).collect::<Vec<_>>()
+            };
+            let positions = facets.iter().flat_map(place).collect();
+            let nodes = facets.into_iter().flatten().collect();
             let triangles = (N == 4 && has_potential).then_some(form);
-            let lids = Vec::new();
             let surface = PressureSurface { magnitude, triangles, rule, nodes, positions, lids };
             if has_potential { &mut pressures } else { &mut followers }.push(surface);
         }
         Ok((pressures, followers))
     }
 
-    /// The pressure on a surface and on lids over its rims.
-    fn cavity_pressure(
+    /// Lids over the rims of a surface, and the origins of the volumes that they close, at the corners of its facets.
+    #[expect(clippy::type_complexity, reason = "origins and lids")]
+    fn lids(
         &self,
         name: &str,
-        magnitude: Magnitude,
+        rule: &FacetRule,
+        facets: &[Vec<usize>],
         held: &Held,
-    ) -> Result<PressureSurface, SceneError> {
+    ) -> Result<(Vec<[f64; 3]>, Vec<PressedLid>), SceneError> {
         let refuse = |what: &str| {
             SceneError::Loads(format!(
                 "the lids of `{name}` close no cavity: {what}; take a pressure without lids, whose rim is held or loose"
             ))
         };
-        let (points, rule) = (&self.mesh.points, FacetRule::of_cells::<N>());
         if rule.dimension == 2 {
             return Err(refuse("a section of triangles has no lids"));
         }
-        let (facets, mut middle) = (self.facet_nodes(name)?, HashMap::new());
-        for nodes in &facets {
+        let mut middle = HashMap::new();
+        for nodes in facets {
             for a in 0..rule.corners {
                 let edge = sorted([nodes[a], nodes[(a + 1) % rule.corners]]);
                 middle.extend(nodes.get(rule.corners + a).map(|&node| (edge, node)));
@@ -195,17 +189,9 @@ impl<const N: usize> Setup<'_, N> {
         }
         let cavity = self.cavity(name, held)?;
         let cavity = cavity.ok_or_else(|| refuse("its symmetry planes leave it open"))?;
-        let pressed = cavity.pressed(points, (&held.prescribed, &held.frames), &middle);
-        let Some((origins, lids)) = pressed else {
-            return Err(refuse("its rim slides in planes that are parallel or that supports move"));
-        };
-        let place = |facet: &Vec<usize>| {
-            let origin = origins[facet[0]];
-            facet.iter().map(move |&node| sub3(&points[node], &origin)).collect::<Vec<_>>()
-        };
-        let positions = facets.iter().flat_map(place).collect();
-        let nodes = facets.into_iter().flatten().collect();
-        let triangles = (N == 4).then_some(PressureForm::Follower);
-        Ok(PressureSurface { magnitude, triangles, rule, nodes, positions, lids })
+        let pressed = cavity.pressed(&self.mesh.points, held, &middle);
+        pressed.ok_or_else(|| {
+            refuse("its rim slides in planes that are parallel or that supports move")
+        })
     }
 }
