@@ -62,19 +62,24 @@ impl<const N: usize, const M: usize> Taylor<N, M> {
     }
 }
 
-impl<const N: usize, const M: usize> Add for Taylor<N, M> {
-    type Output = Self;
-    fn add(self, right: Self) -> Self {
-        self.zip(right, |a, b| a + b)
-    }
+macro_rules! linear {
+    ($trait:ident, $method:ident, $op:tt) => {
+        impl<const N: usize, const M: usize> $trait for Taylor<N, M> {
+            type Output = Self;
+            fn $method(self, right: Self) -> Self {
+                self.zip(right, |a, b| a $op b)
+            }
+        }
+        impl<const N: usize, const M: usize> $trait<f64> for Taylor<N, M> {
+            type Output = Self;
+            fn $method(self, right: f64) -> Self {
+                Self { value: self.value $op right, ..self }
+            }
+        }
+    };
 }
-
-impl<const N: usize, const M: usize> Sub for Taylor<N, M> {
-    type Output = Self;
-    fn sub(self, right: Self) -> Self {
-        self.zip(right, |a, b| a - b)
-    }
-}
+linear!(Add, add, +);
+linear!(Sub, sub, -);
 
 impl<const N: usize, const M: usize> Mul for Taylor<N, M> {
     type Output = Self;
@@ -108,22 +113,6 @@ impl<const N: usize, const M: usize> Neg for Taylor<N, M> {
     type Output = Self;
     fn neg(self) -> Self {
         self * -1.0
-    }
-}
-
-impl<const N: usize, const M: usize> Add<f64> for Taylor<N, M> {
-    type Output = Self;
-    fn add(mut self, right: f64) -> Self {
-        self.value += right;
-        self
-    }
-}
-
-impl<const N: usize, const M: usize> Sub<f64> for Taylor<N, M> {
-    type Output = Self;
-    fn sub(mut self, right: f64) -> Self {
-        self.value -= right;
-        self
     }
 }
 
