@@ -8,7 +8,7 @@ use crate::Body;
 use crate::lower::Held;
 use closing::components;
 pub(crate) use closing::{FLAT, Surroundings, sorted};
-use part::{Add, moved, projected};
+use part::{Add, At, moved, projected};
 pub use part::{CavityPart, Lid, SymmetryPlane};
 pub use pressed_lid::PressedLid;
 use sinew_num::Mat3;
@@ -85,7 +85,7 @@ impl Cavity {
     }
 
     /// Volume with the sign of the triangles' order; its derivatives are added node by node.
-    fn measure(&self, at: &dyn Fn(usize) -> [f64; 3], add: &mut Add<'_>) -> f64 {
+    fn measure(&self, at: &At<'_>, add: &mut Add<'_>) -> f64 {
         self.parts.iter().map(|part| part.measure(at, add).0).sum()
     }
 }

@@ -206,11 +206,6 @@ impl<const N: usize> Setup<'_, N> {
 
     /// Checks that a plane body lies in one plane of constant z, and its dead loads in that plane.
     fn check_plane(&self) -> Result<(), SceneError> {
-        let refuse = |what: String, value| {
-            Err(SceneError::Loads(format!(
-                "{what} is {value}, but a mesh of triangles is a plane section, whose nodes move in x and y only; give 0, or a mesh of solid cells"
-            )))
-        };
         let points = &self.mesh.points;
         let largest = |from: [f64; 3]| {
             let away = points.iter().flat_map(|x| (0..3).map(move |i| (x[i] - from[i]).abs()));
@@ -225,19 +220,21 @@ impl<const N: usize> Setup<'_, N> {
             )));
         }
         for load in &self.scene.loads {
-            match load {
-                Load::BodyForce([.., across]) if *across != 0.0 => {
-                    return refuse("a body force along z".into(), *across);
-                }
+            let (what, across) = match load {
+                Load::BodyForce([.., z]) => ("a body force along z".into(), *z),
                 Load::NodalForces(forces) => {
-                    if let Some([.., across]) = forces.iter().find(|force| force[2] != 0.0) {
-                        return refuse("a nodal force along z".into(), *across);
-                    }
+                    let across = forces.iter().map(|force| force[2]).find(|z| *z != 0.0);
+                    ("a nodal force along z".into(), across.unwrap_or(0.0))
                 }
-                Load::Traction { facets, value: [.., across] } if *across != 0.0 => {
-                    return refuse(format!("the traction on `{facets}` along z"), *across);
+                Load::Traction { facets, value: [.., z] } => {
+                    (format!("the traction on `{facets}` along z"), *z)
                 }
-                _ => {}
+                _ => continue,
+            };
+            if across != 0.0 {
+                return Err(SceneError::Loads(format!(
+                    "{what} is {across}, but a mesh of triangles is a plane section, whose nodes move in x and y only; give 0, or a mesh of solid cells"
+                )));
             }
         }
         Ok(())
@@ -264,30 +261,32 @@ impl<const N: usize> Setup<'_, N> {
     }
 
     fn facets(&self, name: &str) -> Result<&[Facet], SceneError> {
-        match self.mesh.facet_sets.get(name).map(Vec::as_slice) {
-            None => {
-                let known = listed(&names(&self.mesh.facet_sets));
-                let text = format!("there is no facet set `{name}`; the mesh has {known}");
-                Err(SceneError::Loads(text))
-            }
-            Some([]) => Err(SceneError::Loads(format!(
+        let facets = named_set("facet", name, &self.mesh.facet_sets).map_err(SceneError::Loads)?;
+        if facets.is_empty() {
+            return Err(SceneError::Loads(format!(
                 "facet set `{name}` is empty, so its load acts on nothing; remove the load or name the facets"
-            ))),
-            Some(facets) => {
-                let mut seen = HashSet::with_capacity(facets.len());
-                match facets.iter().find(|&facet| !seen.insert(facet)) {
-                    None => Ok(facets),
-                    Some(&Facet { cell, opposite }) => Err(SceneError::Loads(format!(
-                        "facet set `{name}` lists the facet of cell {cell} opposite to its vertex {opposite} twice; list it once"
-                    ))),
-                }
-            }
+            )));
         }
+        let mut seen = HashSet::with_capacity(facets.len());
+        if let Some(&Facet { cell, opposite }) = facets.iter().find(|&facet| !seen.insert(facet)) {
+            return Err(SceneError::Loads(format!(
+                "facet set `{name}` lists the facet of cell {cell} opposite to its vertex {opposite} twice; list it once"
+            )));
+        }
+        Ok(facets)
     }
 }
 
-fn names<T>(sets: &BTreeMap<String, T>) -> Vec<String> {
-    sets.keys().cloned().collect()
+/// Members of a set of nodes or facets; the reason where there is none of the name.
+fn named_set<'a, T>(
+    kind: &str,
+    name: &str,
+    sets: &'a BTreeMap<String, Vec<T>>,
+) -> Result<&'a [T], String> {
+    sets.get(name).map(Vec::as_slice).ok_or_else(|| {
+        let known = listed(&sets.keys().collect::<Vec<_>>());
+        format!("there is no {kind} set `{name}`; the mesh has {known}")
+    })
 }
 
 fn finite(value: f64, what: impl Fn() -> String) -> Result<(), SceneError> {

@@ -4,24 +4,20 @@
 //! +∞ or NaN where the true value is zero.
 
 use crate::Body;
-use sinew_num::Mat3;
+use sinew_num::{Mat3, norm, sub3};
 
 /// `‖u − û‖₂` of each node \[length\].
 pub fn displacement_error(truth: &[f64], estimate: &[f64]) -> Vec<f64> {
     let (truth, estimate) = (truth.as_chunks::<3>().0, estimate.as_chunks::<3>().0);
-    let distance = |(u, v): (&[f64; 3], &[f64; 3])| {
-        let squared: f64 = (0..3).map(|i| (u[i] - v[i]) * (u[i] - v[i])).sum();
-        squared.sqrt()
-    };
-    truth.iter().zip(estimate).map(distance).collect()
+    truth.iter().zip(estimate).map(|(u, v)| norm(&sub3(u, v))).collect()
 }
 
 /// Mean and largest length of the nodal vectors of a displacement, or of a difference of two \[length\]; zeros without nodes.
 pub fn mean_and_largest(displacement: &[f64]) -> [f64; 2] {
     let nodes = displacement.as_chunks::<3>().0;
-    let lengths = nodes.iter().map(|u| u.iter().map(|x| x * x).sum::<f64>().sqrt());
-    let (sum, largest) =
-        lengths.fold((0.0, 0.0), |(sum, largest): (f64, f64), u| (sum + u, largest.max(u)));
+    let lengths: Vec<_> = nodes.iter().map(|u| norm(u)).collect();
+    let largest = lengths.iter().copied().fold(0.0, f64::max);
+    let sum = lengths.iter().fold(0.0, |sum, length| sum + length);
     [sum / nodes.len().max(1) as f64, largest]
 }
 
@@ -42,11 +38,8 @@ pub fn deformation_gradient_error(body: &Body, truth: &[f64], estimate: &[f64]) 
 
 /// `|I₁ − Î₁| / I₁` at each quadrature point; for linear tetrahedra, of each cell [%].
 pub fn first_invariant_error(body: &Body, truth: &[f64], estimate: &[f64]) -> Vec<f64> {
-    per_point(body, truth, estimate, |h, other| {
-        let (excess, estimate) =
-            (h.first_invariant_minus_three(), other.first_invariant_minus_three());
-        relative_percent(excess + 3.0, estimate + 3.0)
-    })
+    let invariant = |h: &Mat3<f64>| h.first_invariant_minus_three() + 3.0;
+    per_point(body, truth, estimate, |h, other| relative_percent(invariant(h), invariant(other)))
 }
 
 /// `|V − V̂| / |V|` of a number such as the potential energy (+∞ where the estimate inverts a cell) or the volume of a ventricle's

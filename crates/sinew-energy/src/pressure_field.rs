@@ -1,6 +1,7 @@
 //! The field of pressure of mixed elements.
 
 use sinew_mesh::{Mesh, QuadraturePoint};
+use sinew_num::ascending;
 
 /// A continuous linear pressure `p`: adds `∫ p (J − 1) − ½ p²/κ dV` to the potential, stationary in p.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,9 +43,7 @@ impl PressureField {
         let shape: Vec<_> = rule.iter().map(shape).collect();
         let corners = shape[0].len();
         let of_cells = || mesh.cells.iter().flat_map(|nodes| &nodes[..corners]);
-        let mut nodes: Vec<_> = of_cells().copied().collect();
-        nodes.sort_unstable();
-        nodes.dedup();
+        let nodes = ascending(of_cells().copied());
         let mut unknown = vec![usize::MAX; mesh.points.len()];
         nodes.iter().enumerate().for_each(|(at, &node)| unknown[node] = at);
         let cells = of_cells().map(|&node| unknown[node]).collect();

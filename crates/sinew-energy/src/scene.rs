@@ -283,16 +283,13 @@ impl Load {
     /// Form, facet set and size of a pressure; `None` for other loads.
     pub(crate) fn pressure(&self) -> Option<(PressureForm, &str, Magnitude)> {
         match self {
-            Self::BodyForce(_)
-            | Self::NodalForces(_)
-            | Self::Traction { .. }
-            | Self::Foundation { .. } => None,
             Self::Pressure { facets, magnitude } | Self::CavityPressure { facets, magnitude } => {
                 Some((PressureForm::Follower, facets, *magnitude))
             }
             Self::ThesisPressure { facets, magnitude } => {
                 Some((PressureForm::Thesis, facets, *magnitude))
             }
+            _ => None,
         }
     }
 }

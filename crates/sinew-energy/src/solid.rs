@@ -129,19 +129,13 @@ const fn joined(
     all
 }
 
-/// Holds the names of all parameters of a solid.
-struct Names<M, A, const D: usize>(std::marker::PhantomData<(M, A)>);
-
-impl<M: ShapeEnergy<D>, A: ActiveStress<D>, const D: usize> Names<M, A, D> {
-    const ALL: &'static [&'static str; MOST_PARAMETERS] = &joined(M::PARAMETERS, A::PARAMETERS);
-}
-
 impl<M: ShapeEnergy<D>, V: VolumeEnergy, A: ActiveStress<D>, const D: usize> InvariantLaw<D>
     for Solid<M, V, A>
 {
     const NAME: &'static str = M::NAME;
-    const PARAMETERS: &'static [&'static str] =
-        Names::<M, A, D>::ALL.split_at(M::PARAMETERS.len() + A::PARAMETERS.len()).0;
+    const PARAMETERS: &'static [&'static str] = const { &joined(M::PARAMETERS, A::PARAMETERS) }
+        .split_at(M::PARAMETERS.len() + A::PARAMETERS.len())
+        .0;
 
     fn bounds(index: usize) -> RangeInclusive<f64> {
         // A tension may vanish or push.

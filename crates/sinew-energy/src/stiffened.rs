@@ -75,10 +75,8 @@ pub(crate) fn check(
         true => factors.iter().position(wrong),
         false => Some(found.min(count)),
     };
-    match at {
-        None => Ok(()),
-        Some(at) => Err(SceneError::Body(format!(
-            "a field of factors has one finite number for each {place}, {count} in all, above zero for a stiffness and not below for other parameters; {found} were given, and that of {place} {at} is missing or unfit"
-        ))),
-    }
+    let Some(at) = at else { return Ok(()) };
+    Err(SceneError::Body(format!(
+        "a field of factors has one finite number for each {place}, {count} in all, above zero for a stiffness and not below for other parameters; {found} were given, and that of {place} {at} is missing or unfit"
+    )))
 }

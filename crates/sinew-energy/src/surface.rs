@@ -97,14 +97,14 @@ impl PressureSurface {
         with_hessian: bool,
         response: &mut SurfaceResponse,
     ) {
-        response.clear(self.facet_nodes(facet).len());
+        response.clear(self.facet_nodes(facet).len(), with_hessian);
         response.energy = self.facet_energy(facet, displacement);
         if let Some(lid) = self.lid(facet) {
-            return lid.respond(displacement, with_hessian, response);
+            return lid.respond(displacement, response);
         }
         if let Some(form) = self.triangles {
             let moved = self.moved(facet, displacement);
-            return form.respond(self.triangle(facet), &moved, with_hessian, response);
+            return form.respond(self.triangle(facet), &moved, response);
         }
         let scale = 1.0 / self.rule.dimension as f64;
         self.for_points(facet, displacement, |[x, xs, xt], n, [ns, nt], weight| {
@@ -142,7 +142,7 @@ impl PressureSurface {
         if self.lid(facet).is_some() {
             return self.respond(facet, displacement, true, response);
         }
-        response.clear(self.rule.nodes);
+        response.clear(self.rule.nodes, true);
         self.for_points(facet, displacement, |[_, xs, xt], n, [ns, nt], weight| {
             let normal = cross(&xs, &xt);
             for a in 0..n.len() {

@@ -35,6 +35,8 @@ pub struct SymmetryPlane {
     pub dual: [f64; 3],
 }
 
+/// Position of a node.
+pub(super) type At<'a> = dyn Fn(usize) -> [f64; 3] + 'a;
 /// Adds to the derivative in the position of a node.
 pub(super) type Add<'a> = dyn FnMut(usize, [f64; 3]) + 'a;
 
@@ -45,11 +47,7 @@ pub(super) fn moved(points: &[[f64; 3]], u: &[f64]) -> impl Fn(usize) -> [f64; 3
 
 impl CavityPart {
     /// Volume with its sign, and the derivative in the first node's position that comes from the origin: zero on a closed surface.
-    pub(super) fn measure(
-        &self,
-        at: &dyn Fn(usize) -> [f64; 3],
-        add: &mut Add<'_>,
-    ) -> (f64, [f64; 3]) {
+    pub(super) fn measure(&self, at: &At<'_>, add: &mut Add<'_>) -> (f64, [f64; 3]) {
         let first = self.triangles[0][0];
         let origin = projected(&self.planes, at(first), at);
         let (mut volume, mut of_origin) = (0.0, [0.0; 3]);
@@ -87,12 +85,12 @@ impl CavityPart {
 }
 
 impl Lid {
-    pub(super) fn apex(&self, at: &dyn Fn(usize) -> [f64; 3]) -> [f64; 3] {
+    pub(super) fn apex(&self, at: &At<'_>) -> [f64; 3] {
         projected(&self.planes, self.mean(at).0, at)
     }
 
     /// Mean of the rim weighted by lengths of edges, and its whole length.
-    pub(super) fn mean(&self, at: &dyn Fn(usize) -> [f64; 3]) -> ([f64; 3], f64) {
+    pub(super) fn mean(&self, at: &At<'_>) -> ([f64; 3], f64) {
         let (mut sum, mut whole) = ([0.0; 3], 0.0);
         for &[a, b] in &self.edges {
             let (length, middle) = (norm(&sub3(&at(b), &at(a))), add3(&at(a), &at(b)));
@@ -103,23 +101,13 @@ impl Lid {
     }
 
     /// Adds the derivatives of a number whose derivative in the apex is given.
-    pub(super) fn add_slopes(
-        &self,
-        of_apex: [f64; 3],
-        at: &dyn Fn(usize) -> [f64; 3],
-        add: &mut Add<'_>,
-    ) {
+    pub(super) fn add_slopes(&self, of_apex: [f64; 3], at: &At<'_>, add: &mut Add<'_>) {
         let of_mean = add_projected(&self.planes, of_apex, add);
         self.add_mean_slopes(of_mean, at, add);
     }
 
     /// Adds the derivatives of a number whose derivative in the mean of the rim is given.
-    pub(super) fn add_mean_slopes(
-        &self,
-        of_mean: [f64; 3],
-        at: &dyn Fn(usize) -> [f64; 3],
-        add: &mut Add<'_>,
-    ) {
+    pub(super) fn add_mean_slopes(&self, of_mean: [f64; 3], at: &At<'_>, add: &mut Add<'_>) {
         let (mean, whole) = self.mean(at);
         for &[a, b] in &self.edges {
             let (along, middle) = (sub3(&at(b), &at(a)), add3(&at(a), &at(b)).map(|x| 0.5 * x));
@@ -135,11 +123,7 @@ impl Lid {
 }
 
 /// Projection of a point on the intersection of planes.
-pub(super) fn projected(
-    planes: &[SymmetryPlane],
-    point: [f64; 3],
-    at: &dyn Fn(usize) -> [f64; 3],
-) -> [f64; 3] {
+pub(super) fn projected(planes: &[SymmetryPlane], point: [f64; 3], at: &At<'_>) -> [f64; 3] {
     planes.iter().fold(point, |on, &SymmetryPlane { node, normal, dual }| {
         let distance = dot3(&normal, &sub3(&point, &at(node)));
         sub3(&on, &dual.map(|x| distance * x))

@@ -86,13 +86,8 @@ impl PressedLid {
         sum / 6.0
     }
 
-    /// Gradient of [`PressedLid::change`] and, if asked for, its Hessian.
-    pub(crate) fn respond(
-        &self,
-        displacement: &[f64],
-        with_hessian: bool,
-        response: &mut SurfaceResponse,
-    ) {
+    /// Gradient of [`PressedLid::change`] and, if the response has one, its Hessian.
+    pub(crate) fn respond(&self, displacement: &[f64], response: &mut SurfaceResponse) {
         let u = self.motion(displacement);
         let at = |place: usize| add3(&self.positions[place], &u(place));
         let row = |fill: &dyn Fn(&mut Add<'_>)| {
@@ -120,7 +115,7 @@ impl PressedLid {
                 *g += (area[k] * of_apex + apex[k] * of_area) / 3.0;
             }
         }
-        if !with_hessian {
+        if !response.has_hessian() {
             return;
         }
         for k in 0..3 {

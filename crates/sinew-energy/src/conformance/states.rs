@@ -38,9 +38,9 @@ impl States {
 
 /// `R(I + H) − I`.
 pub(super) fn moved(rotation: &Mat3<f64>, h: &Mat3<f64>) -> Mat3<f64> {
-    let delta = |i, j| if i == j { 1.0 } else { 0.0 };
+    let f = h.plus_identity();
     Mat3::from_fn(|i, j| {
-        (0..3).map(|k| rotation[i][k] * (h[k][j] + delta(k, j))).sum::<f64>() - delta(i, j)
+        (0..3).map(|k| rotation[i][k] * f[k][j]).sum::<f64>() - Mat3::IDENTITY[i][j]
     })
 }
 

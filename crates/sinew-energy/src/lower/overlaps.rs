@@ -3,6 +3,7 @@
 use crate::SceneError;
 use crate::error::listed;
 use sinew_mesh::{Facet, Mesh};
+use sinew_num::ascending;
 
 /// The most corners that a facet has.
 const MOST_CORNERS: usize = 4;
@@ -27,28 +28,17 @@ pub(super) fn check_overlaps<const N: usize>(mesh: &Mesh<N>) -> Result<(), Scene
         }
     }
     sides.sort_unstable();
-    match sides.windows(2).find(|pair| pair[0].0 == pair[1].0) {
-        None => Ok(()),
-        Some(pair) => {
-            let mut facet = pair[0].0[..corners].to_vec();
-            facet.sort_unstable();
-            let cells = [pair[0].1, pair[1].1];
-            let [first, second] = cells.map(|cell| {
-                let mut nodes = mesh.cells[cell];
-                nodes.sort_unstable();
-                nodes
-            });
-            let advice = match first == second {
-                true => "they are one cell listed twice: remove one",
-                false => {
-                    "one is folded over the other, the mesh is tangled there: move their nodes apart, or mesh the body anew"
-                }
-            };
-            Err(SceneError::Body(format!(
-                "cells {} lie on the same side of the facet with nodes {}; {advice}",
-                cells.map(|cell| cell.to_string()).join(" and "),
-                listed(&facet)
-            )))
-        }
-    }
+    let Some(pair) = sides.windows(2).find(|pair| pair[0].0 == pair[1].0) else { return Ok(()) };
+    let cells = [pair[0].1, pair[1].1];
+    let [first, second] = cells.map(|cell| ascending(mesh.cells[cell]));
+    let advice = if first == second {
+        "they are one cell listed twice: remove one"
+    } else {
+        "one is folded over the other, the mesh is tangled there: move their nodes apart, or mesh the body anew"
+    };
+    Err(SceneError::Body(format!(
+        "cells {} lie on the same side of the facet with nodes {}; {advice}",
+        cells.map(|cell| cell.to_string()).join(" and "),
+        listed(&ascending(&pair[0].0[..corners]))
+    )))
 }

@@ -1,6 +1,6 @@
 //! Supports as prescribed degrees of freedom.
 
-use super::{Setup, finite, names};
+use super::{Setup, finite, named_set};
 use crate::error::listed;
 use crate::{Frames, Load, Prescribed, SceneError, Support};
 use sinew_mesh::Mesh;
@@ -119,18 +119,15 @@ impl<const N: usize> Setup<'_, N> {
         Ok(held)
     }
 
-    fn node_set(&self, name: &str) -> Result<&[usize], SceneError> {
-        self.mesh.node_sets.get(name).map(Vec::as_slice).ok_or_else(|| {
-            let known = listed(&names(&self.mesh.node_sets));
-            SceneError::Supports(format!("there is no node set `{name}`; the mesh has {known}"))
-        })
-    }
-
     /// Holds the nodes of a support along the axes or other directions.
     fn hold_set(&self, support: &Support, held: &mut Held) -> Result<(), SceneError> {
         let name = &support.nodes;
-        let nodes = self.node_set(name)?;
+        let nodes = named_set("node", name, &self.mesh.node_sets).map_err(SceneError::Supports)?;
         let what = || format!("the displacement prescribed on `{name}`");
+        let hold = |held: &mut Held, node: usize, direction: [f64; 3], second: f64| {
+            let differs = |first| self.contradiction(node, direction, [first, second], support);
+            held.hold(node, direction, second).map_err(differs)
+        };
         let row = |held: &mut Held, node: usize, row: &[Option<f64>; 3]| {
             for (i, axis) in Mat3::IDENTITY.0.into_iter().enumerate() {
                 let Some(value) = row[i] else { continue };
@@ -139,7 +136,7 @@ impl<const N: usize> Setup<'_, N> {
                     Some(first) if first != value => {
                         return Err(self.contradiction(node, axis, [first, value], support));
                     }
-                    _ => self.hold(held, node, axis, value, support)?,
+                    _ => hold(held, node, axis, value)?,
                 }
             }
             Ok(())
@@ -159,9 +156,7 @@ impl<const N: usize> Setup<'_, N> {
             &Prescribed::Along { direction, displacement } => {
                 finite(displacement, what)?;
                 let direction = unit(direction, name)?;
-                nodes
-                    .iter()
-                    .try_for_each(|&node| self.hold(held, node, direction, displacement, support))
+                nodes.iter().try_for_each(|&node| hold(held, node, direction, displacement))
             }
             &Prescribed::Radial { point, axis } => {
                 let place = || format!("the point on the axis of the support of `{name}`");
@@ -178,24 +173,12 @@ impl<const N: usize> Setup<'_, N> {
                             "node {node} of `{name}` is {distance:e} away from the axis of its radial support, so it has no radius to move along; take it out of the set, and hold it with Support::clamped or Support::uniform"
                         )));
                     }
-                    self.hold(held, node, axis, 0.0, support)?;
-                    self.hold(held, node, around.map(|x| x / distance), 0.0, support)?;
+                    hold(held, node, axis, 0.0)?;
+                    hold(held, node, around.map(|x| x / distance), 0.0)?;
                 }
                 Ok(())
             }
         }
-    }
-
-    fn hold(
-        &self,
-        held: &mut Held,
-        node: usize,
-        direction: [f64; 3],
-        second: f64,
-        support: &Support,
-    ) -> Result<(), SceneError> {
-        let differs = |first| self.contradiction(node, direction, [first, second], support);
-        held.hold(node, direction, second).map_err(differs)
     }
 
     fn contradiction(
@@ -243,13 +226,9 @@ fn check_loose_nodes<const N: usize>(
 ) -> Result<(), SceneError> {
     let mut loose: Vec<bool> = prescribed.chunks(3).map(|u| u.contains(&None)).collect();
     mesh.cells.as_flattened().iter().for_each(|&node| loose[node] = false);
-    match loose.iter().position(|&l| l) {
-        None => Ok(()),
-        Some(first) => {
-            let count = loose.iter().filter(|&&l| l).count();
-            Err(SceneError::Supports(format!(
-                "{count} nodes belong to no cell (first: node {first}) and are not held; remove them from the mesh"
-            )))
-        }
-    }
+    let Some(first) = loose.iter().position(|&l| l) else { return Ok(()) };
+    let count = loose.iter().filter(|&&l| l).count();
+    Err(SceneError::Supports(format!(
+        "{count} nodes belong to no cell (first: node {first}) and are not held; remove them from the mesh"
+    )))
 }

@@ -13,14 +13,17 @@ pub struct SurfaceResponse {
 }
 
 impl SurfaceResponse {
-    pub(super) fn clear(&mut self, nodes: usize) {
+    /// Zeros for the nodes of a facet; without a Hessian, that is empty.
+    pub(super) fn clear(&mut self, nodes: usize, with_hessian: bool) {
         self.energy = 0.0;
-        for (values, size) in
-            [(&mut self.gradient, 3 * nodes), (&mut self.hessian, 9 * nodes * nodes)]
-        {
-            values.clear();
-            values.resize(size, 0.0);
-        }
+        self.gradient.clear();
+        self.gradient.resize(3 * nodes, 0.0);
+        self.hessian.clear();
+        self.hessian.resize(if with_hessian { 9 * nodes * nodes } else { 0 }, 0.0);
+    }
+
+    pub(crate) fn has_hessian(&self) -> bool {
+        !self.hessian.is_empty()
     }
 
     /// Adds `weight × (a ⊗ b + b ⊗ a)` to the Hessian.
