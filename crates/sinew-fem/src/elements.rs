@@ -28,6 +28,6 @@ pub(crate) use patch::PatchResponse;
 pub(crate) use predicted::{bulk_to_shear, is_nearly_incompressible};
 pub(crate) use pressure_field::Coupling;
 pub(crate) use replaced::{PredictedStress, replace_stress, third};
-pub(crate) use shares::{Point, Task, at_points};
+pub(crate) use shares::{PointState, Task, at_points};
 pub(crate) use supports::{held_part, is_moved_rim, place};
 pub(crate) use system::{Residual, System, Unknowns};

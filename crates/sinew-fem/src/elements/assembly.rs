@@ -1,12 +1,12 @@
 //! Energy, nodal forces and stiffness of a body.
 
 use crate::elements::{
-    MOST_WORST, PatchResponse, Point, PredictedStress, Rounding, State, Task, least, per_cell,
+    MOST_WORST, PatchResponse, PointState, PredictedStress, Rounding, State, Task, least, per_cell,
     tangent_times,
 };
 use crate::linear::{Norm, Sparsity, facets_of};
 use crate::{CellValue, Result, SolveError};
-use sinew_energy::{Body, Response, SurfaceResponse};
+use sinew_energy::{Body, SurfaceResponse};
 use sinew_num::{Mat3, sum};
 
 /// Π and its derivatives at one displacement, with bounds of their rounding errors.
@@ -32,7 +32,7 @@ pub(crate) struct Assembly {
     /// The cell that has it.
     pub worst_cell: usize,
     /// Displacement gradient, stress and tangent at each quadrature point.
-    pub(crate) points: Vec<Point>,
+    pub(crate) points: Vec<PointState>,
     /// Shared quantities of the points of each patch, if there are patches.
     pub(crate) patches: Vec<PatchResponse>,
     /// Whether the bulk modulus acts as a constraint on J.
@@ -73,7 +73,7 @@ impl Assembly {
             displacement: zeros,
             matrix: vec![0.0; sparsity.entries() + 1],
             least_volume_ratio: 1.0,
-            points: vec![(Mat3::ZERO, Response::INADMISSIBLE); body.volumes.len()],
+            points: vec![PointState::EMPTY; body.volumes.len()],
             ..Self::default()
         }
     }
@@ -181,7 +181,7 @@ impl Assembly {
         // the worst.
         let (count, patched) = (points.len(), !body.patches.is_empty());
         let averaged = if patched { count } else { 0 };
-        for (point, (h, _)) in points[..averaged].iter_mut().enumerate() {
+        for (point, PointState { h, .. }) in points[..averaged].iter_mut().enumerate() {
             *h = body.displacement_gradient(point, state.displacement);
             let ratio = 1.0 + h.volume_change();
             if ratio < least.0 {
@@ -266,7 +266,7 @@ impl Assembly {
             let first = cell * body.points_per_cell;
             for point in first..first + body.points_per_cell {
                 let dh = body.displacement_gradient(point, direction);
-                let stress = tangent_times(&self.points[point].1.tangent, &dh);
+                let stress = tangent_times(&self.points[point].tangent(), &dh);
                 body.add_forces(point, &stress, forces);
             }
         }
@@ -284,7 +284,7 @@ impl Assembly {
 
     /// Displacement gradient at each quadrature point in the assembled state.
     pub(crate) fn displacement_gradients(&self) -> impl Iterator<Item = &Mat3<f64>> {
-        self.points.iter().map(|(h, _)| h)
+        self.points.iter().map(|point| &point.h)
     }
 
     /// The cells of least J in the assembled state.

@@ -8,13 +8,11 @@ use sinew_num::Mat3;
 /// Energy of a patch with its derivatives.
 ///
 /// With β = d ln J̄ and the change dF at a point, the second variation of the energy is
-/// `Σ V dF:M:dF + 2 β Σ V m:dF + c β²`. M and the stress are in `points`, the rest in vectors over the
-/// degrees of freedom of the patch.
+/// `Σ V dF:M:dF + 2 β Σ V m:dF + c β²`. M belongs to the points, the rest are vectors over the degrees of
+/// freedom of the patch.
 #[derive(Clone, Debug)]
 pub(crate) struct PatchResponse {
     pub energy: f64,
-    /// Displacement gradient, stress and M at each point.
-    pub points: Vec<(Mat3<f64>, Response)>,
     /// Nodes of the patch, ascending.
     pub nodes: Vec<usize>,
     /// `∂ ln J̄/∂u`.
@@ -27,14 +25,17 @@ pub(crate) struct PatchResponse {
     rates: Vec<[Mat3<f64>; 2]>,
 }
 
+/// Displacement gradient, stress and M at a point.
+type PatchPoint = (Mat3<f64>, Response);
+
 impl PatchResponse {
-    /// `None` where a cell is inverted or an energy overflows.
+    /// Also the displacement gradient, stress and M at each point. `None` where a cell is inverted or an energy overflows.
     pub(crate) fn new(
         body: &Body,
         points: &[usize],
         displacement: &[f64],
         parameters: &[f64],
-    ) -> Option<Self> {
+    ) -> Option<(Self, Vec<PatchPoint>)> {
         let kinematics = body.patch_kinematics(points, displacement)?;
         let volumes: Vec<_> = points.iter().map(|&point| body.volumes[point]).collect();
         let at_points = || points.iter().zip(&kinematics.scaled);
@@ -70,7 +71,7 @@ impl PatchResponse {
             let (stress, tangent) = (stresses[at], terms.tangent(third, common));
             responses.push((h, Response { energy: scaled[at].energy, stress, tangent }));
         }
-        Some(Self { energy, points: responses, nodes, mean, mixed, square, rates })
+        Some((Self { energy, nodes, mean, mixed, square, rates }, responses))
     }
 
     /// The stiffness against changes of the mean volume \[stress\]: the bulk modulus, for small strain.
@@ -78,8 +79,13 @@ impl PatchResponse {
         self.square.abs() / points.iter().map(|&point| body.volumes[point]).sum::<f64>()
     }
 
-    /// Lower half of the second derivative, row by row in the order of the patch's nodes.
-    pub(crate) fn stiffness<const N: usize>(&self, body: &Body, points: &[usize]) -> Vec<f64> {
+    /// Lower half of the second derivative, row by row in the order of the patch's nodes, from M at the points.
+    pub(crate) fn stiffness<const N: usize>(
+        &self,
+        body: &Body,
+        points: &[usize],
+        mut tangents: impl Iterator<Item = [[f64; 9]; 9]>,
+    ) -> Vec<f64> {
         let mut lower = Vec::with_capacity(self.mean.len() * (self.mean.len() + 1) / 2);
         for row in 0..self.mean.len() {
             let (own, mixed) = (self.mean[row], self.mixed[row] + self.square * self.mean[row]);
@@ -88,12 +94,11 @@ impl PatchResponse {
         }
         let shapes = body.shape_gradients.as_chunks::<N>().0;
         let cell = |point: &usize| point / body.points_per_cell;
-        let mut responses = self.points.iter();
         for of_cell in points.chunk_by(|a, b| cell(a) == cell(b)) {
             let mut blocks: NodalBlocks<N> = [[[[0.0; 3]; N]; 3]; N];
-            for (&point, (_, response)) in of_cell.iter().zip(&mut responses) {
+            for (&point, tangent) in of_cell.iter().zip(&mut tangents) {
                 let volume = body.volumes[point];
-                add_stiffness(&response.tangent, &shapes[point], volume, &mut blocks);
+                add_stiffness(&tangent, &shapes[point], volume, &mut blocks);
             }
             complete(&mut blocks);
             let nodes = &body.cells.as_chunks::<N>().0[cell(&of_cell[0])];
@@ -113,14 +118,10 @@ impl PatchResponse {
         lower
     }
 
-    /// The patch with other tangents and without the terms of the mean volume.
-    pub(crate) fn without_mean(&self, tangents: impl Iterator<Item = [[f64; 9]; 9]>) -> Self {
-        let mut patch = self.clone();
-        patch.mean.fill(0.0);
-        patch.mixed.fill(0.0);
-        let points = patch.points.iter_mut().zip(tangents);
-        points.for_each(|((_, response), tangent)| response.tangent = tangent);
-        patch
+    /// The patch without the terms of the mean volume.
+    pub(crate) fn without_mean(&self) -> Self {
+        let zeros = vec![0.0; self.mean.len()];
+        Self { mean: zeros.clone(), mixed: zeros, ..self.clone() }
     }
 
     fn degree_of_freedom(&self, slot: usize) -> usize {

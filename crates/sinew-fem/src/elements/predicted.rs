@@ -15,7 +15,7 @@ use sinew_num::Mat3;
 impl Assembly {
     /// The second Piola–Kirchhoff stress at each point.
     pub(crate) fn stress(&self) -> PredictedStress {
-        self.points.iter().map(|(h, response)| product(&inverse(h), &response.stress)).collect()
+        self.points.iter().map(|point| product(&inverse(&point.h), &point.stress)).collect()
     }
 
     /// The stress at each point after a step along `direction` by the linear model of the stress,
@@ -28,13 +28,13 @@ impl Assembly {
             at_points.for_each(|(&point, stress)| common[point] = stress);
         }
         let predict = |point: usize| {
-            let (h, response) = &self.points[point];
+            let at_point = &self.points[point];
             let dh = body.displacement_gradient(point, direction);
-            let inverse = inverse(h);
-            let stress = product(&inverse, &response.stress);
-            let linear = tangent_times(&response.tangent, &dh);
+            let inverse = inverse(&at_point.h);
+            let stress = product(&inverse, &at_point.stress);
+            let linear = tangent_times(&at_point.tangent(), &dh);
             let change = Mat3::from_fn(|i, j| {
-                response.stress[i][j]
+                at_point.stress[i][j]
                     + linear[i][j]
                     + common.get(point).map_or(0.0, |stress| stress[i][j])
                     - (0..3).map(|k| dh[i][k] * stress[k][j]).sum::<f64>()

@@ -36,15 +36,15 @@ impl<'p> Coupling<'p> {
         let mut residual = vec![0.0; field.unknowns];
         rows.fill(0.0);
         let width = 3 * body.nodes_per_cell;
-        for (point, (h, response)) in assembly.points.iter().enumerate() {
+        for (point, state) in assembly.points.iter().enumerate() {
             let (cell, corners, shape) = field.of_point(point);
             let volume = body.volumes[point];
-            let change = h.volume_change() - field.compliance * field.at(point, pressure);
+            let change = state.h.volume_change() - field.compliance * field.at(point, pressure);
             for (&corner, n) in corners.iter().zip(shape) {
                 residual[corner] += volume * n * change;
             }
             let rows = &mut rows[cell * corners.len() * width..][..corners.len() * width];
-            let cofactor = h.plus_identity().cofactors();
+            let cofactor = state.h.plus_identity().cofactors();
             for (b, g) in body.shape_of_point(point).iter().enumerate() {
                 for i in 0..3 {
                     let slope = volume * (0..3).map(|j| cofactor[i][j] * g[j]).sum::<f64>();
@@ -53,7 +53,7 @@ impl<'p> Coupling<'p> {
                     }
                 }
             }
-            moduli[point] = modulus(&cofactor, &response.tangent);
+            moduli[point] = modulus(&cofactor, &state.tangent());
         }
         residual
     }

@@ -27,8 +27,37 @@ pub(crate) fn at_points<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync
     }
 }
 
-/// Displacement gradient, stress and tangent at a quadrature point.
-pub(crate) type Point = (Mat3<f64>, Response);
+/// State of a quadrature point. Large bodies have millions: half of the symmetric tangent is stored, without the energy.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PointState {
+    /// Displacement gradient H.
+    pub h: Mat3<f64>,
+    /// First Piola–Kirchhoff stress.
+    pub stress: Mat3<f64>,
+    /// Lower half of the tangent, row by row.
+    lower: [f64; 45],
+}
+
+impl PointState {
+    /// A point that nothing was computed for.
+    pub(crate) const EMPTY: Self = Self { h: Mat3::ZERO, stress: Mat3::ZERO, lower: [0.0; 45] };
+
+    pub(crate) fn new(h: &Mat3<f64>, Response { stress, tangent, .. }: &Response) -> Self {
+        let mut point = Self { h: *h, stress: *stress, ..Self::EMPTY };
+        let rows = tangent.iter().enumerate().flat_map(|(row, entries)| &entries[..=row]);
+        point.lower.iter_mut().zip(rows).for_each(|(slot, entry)| *slot = *entry);
+        point
+    }
+
+    /// Tangent ∂P/∂H.
+    pub(crate) fn tangent(&self) -> [[f64; 9]; 9] {
+        let at = |row: usize, column: usize| {
+            let (row, column) = (row.max(column), row.min(column));
+            self.lower[row * (row + 1) / 2 + column]
+        };
+        std::array::from_fn(|row| std::array::from_fn(|column| at(row, column)))
+    }
+}
 
 /// Sums over a share.
 #[derive(Default)]
@@ -46,7 +75,7 @@ pub(crate) struct Share {
     /// Lower halves of the stiffnesses, row by row, along the nodes' frames.
     pub lower: Vec<f64>,
     /// Patches with their points, whose tangents are still those of the law; fewer than `parts` where one has an inverted cell.
-    pub patches: Vec<(PatchResponse, Vec<Point>)>,
+    pub patches: Vec<(PatchResponse, Vec<PointState>)>,
 }
 
 /// State and stiffness that are asked for.
@@ -63,7 +92,7 @@ pub(crate) struct Task<'a> {
 
 impl Task<'_> {
     /// Computes all shares, and hands them to `add` in their order. Writes the points of cells, but not those of patches.
-    pub(crate) fn run(self, points: &mut [Point], mut add: impl FnMut(Share) + Send) {
+    pub(crate) fn run(self, points: &mut [PointState], mut add: impl FnMut(Share) + Send) {
         let Self { body, .. } = self;
         let large = body.volumes.len() >= LARGE && rayon::current_num_threads() > 1;
         let (parts, plain) = match body.patches.len() {
@@ -80,7 +109,7 @@ impl Task<'_> {
             (parts, own)
         };
         let mut shares: Vec<_> = (0..parts).step_by(most).map(own).collect();
-        let compute = |(parts, points): &mut (Range<usize>, &mut [Point])| {
+        let compute = |(parts, points): &mut (Range<usize>, &mut [PointState])| {
             let mut share = Share { parts: parts.clone(), ..Share::default() };
             with_nodes!(body.nodes_per_cell, N => match plain {
                 true => self.cells::<N>(points, &mut share),
@@ -109,7 +138,7 @@ impl Task<'_> {
         usize::from(self.convex && make_convex(tangent))
     }
 
-    fn cells<const N: usize>(self, points: &mut [Point], share: &mut Share) {
+    fn cells<const N: usize>(self, points: &mut [PointState], share: &mut Share) {
         let Self { body, state: State { displacement, theta, pressure, .. }, .. } = self;
         let parameters = body.law_parameters(theta);
         let shapes = body.shape_gradients.as_chunks::<N>().0;
@@ -140,7 +169,7 @@ impl Task<'_> {
                     }
                 }
                 share.rounding.add_cell(shape, volume, motion, (&h, &response), 0.0);
-                *slot = (h, response);
+                *slot = PointState::new(&h, &response);
                 share.convex += self.adapt(point, &h, &mut response);
                 add_stiffness(&response.tangent, shape, volume, &mut blocks);
             }
@@ -158,14 +187,16 @@ impl Task<'_> {
         let Self { body, state: State { displacement, theta, .. }, .. } = self;
         let parameters = body.law_parameters(theta);
         for points in &body.patches[share.parts.clone()] {
-            let Some(mut patch) = PatchResponse::new(body, points, displacement, parameters) else {
+            let found = PatchResponse::new(body, points, displacement, parameters);
+            let Some((patch, mut responses)) = found else {
                 share.energy = f64::INFINITY;
                 return;
             };
             share.energy += patch.energy;
             let common = patch.common_stiffness(body, points);
-            let of_law = patch.points.clone();
-            for (&point, (h, response)) in points.iter().zip(&mut patch.points) {
+            let of_law =
+                responses.iter().map(|(h, response)| PointState::new(h, response)).collect();
+            for (&point, (h, response)) in points.iter().zip(&mut responses) {
                 let (nodes, shape) = (body.nodes_of_point(point), body.shape_of_point(point));
                 let (motion, volume) = (motion_of(nodes, displacement), body.volumes[point]);
                 let force = |g: &[f64; 3]| response.stress.apply(g).map(|force| volume * force);
@@ -173,7 +204,8 @@ impl Task<'_> {
                 share.rounding.add_cell(shape, volume, motion, (h, response), common);
                 share.convex += self.adapt(point, h, response);
             }
-            let mut lower = patch.stiffness::<N>(body, points);
+            let tangents = responses.iter().map(|(_, response)| response.tangent);
+            let mut lower = patch.stiffness::<N>(body, points, tangents);
             turn(&body.frames, &patch.nodes, &mut lower);
             share.lower.append(&mut lower);
             share.patches.push((patch, of_law));

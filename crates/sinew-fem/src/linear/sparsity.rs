@@ -122,14 +122,25 @@ impl Sparsity {
     /// the nodes listed for them.
     fn slots<'n>(&self, matrices: impl Iterator<Item = &'n [usize]>) -> Slots {
         let mut slots = Slots { starts: vec![0], places: Vec::new() };
+        let starts = self.pattern.col_ptr();
         for nodes in matrices {
             let dofs = nodes.iter().flat_map(|node| 3 * node..3 * node + 3);
             let unknowns: Vec<_> = dofs.map(|dof| self.unknown(dof)).collect();
             for (row, a) in unknowns.iter().enumerate() {
-                let place = |(a, b)| self.slot(a, b);
-                let places =
-                    unknowns[..=row].iter().map(|b| a.zip(*b).map_or(self.entries(), place));
-                slots.places.extend(places.map(|place| place as u32));
+                let mut last = None;
+                for (column, b) in unknowns[..=row].iter().enumerate() {
+                    let of_one_node = column % 3 > 0 && column / 3 < row / 3;
+                    let place = a.zip(*b).map_or(self.entries(), |(a, b)| match last {
+                        // The columns of one node hold the same rows below it.
+                        Some((before, place)) if of_one_node && a > b => {
+                            place - starts[before] - 1 + starts[b]
+                        }
+                        Some((_, place)) if of_one_node => place + 1,
+                        _ => self.slot(a, b),
+                    });
+                    slots.places.push(place as u32);
+                    last = b.map(|b| (b, place));
+                }
             }
             slots.starts.push(slots.places.len());
         }

@@ -184,7 +184,7 @@ impl System<'_> {
     pub(crate) fn passes_flat(&self, theta: &[f64], direction: &[f64], length: f64) -> bool {
         let passes = |point: usize| {
             let step = self.body.displacement_gradient(point, direction);
-            flattens(&self.assembly.points[point].0, &step, length)
+            flattens(&self.assembly.points[point].h, &step, length)
         };
         at_points(self.body.volumes.len(), passes).contains(&true)
             && minds_turned_cells(self.body, theta)

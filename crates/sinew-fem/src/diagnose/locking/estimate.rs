@@ -83,7 +83,7 @@ impl System<'_> {
         rate.iter_mut().zip(more).for_each(|(rate, (moved, tension))| *rate += moved + tension);
         let (own, _) = self.respond(&rate, &motion)?;
         let pressures: Vec<f64> =
-            self.assembly.points.iter().map(|(h, own)| mean_stress(h, &own.stress)).collect();
+            self.assembly.points.iter().map(|own| mean_stress(&own.h, &own.stress)).collect();
         let smooth = smoothed(body, &pressures);
         let parameters = body.law_parameters(theta);
         // A body with averaged volume ratios has those of its scaled gradients here, without patches.
@@ -153,10 +153,13 @@ impl System<'_> {
         let body = self.body;
         for (index, of_patch) in body.patches.iter().enumerate() {
             let patch = &self.assembly.patches[index];
-            let alone = patch.without_mean(of_patch.iter().map(|&point| points[point].1));
-            let [before, after] = [patch, &alone].map(
-                |patch| with_nodes!(body.nodes_per_cell, N => patch.stiffness::<N>(body, of_patch)),
-            );
+            let (at, alone) = (of_patch.iter(), patch.without_mean());
+            let present = at.clone().map(|&point| self.assembly.points[point].tangent());
+            let own = at.map(|&point| points[point].1);
+            let (before, after) = with_nodes!(body.nodes_per_cell, N => (
+                patch.stiffness::<N>(body, of_patch, present),
+                alone.stiffness::<N>(body, of_patch, own),
+            ));
             let change = |row: usize, column: usize| {
                 let at = row * (row + 1) / 2 + column;
                 after[at] - before[at]
