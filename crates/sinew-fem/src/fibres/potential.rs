@@ -23,8 +23,7 @@ impl<'m> Laplacian<'m> {
     /// # Errors
     /// A cell without volume.
     pub(super) fn new(mesh: &'m TetMesh) -> Result<Self> {
-        let mut shape_gradients = Vec::with_capacity(mesh.cells.len());
-        let mut volumes = Vec::with_capacity(mesh.cells.len());
+        let (mut shape_gradients, mut volumes) = (Vec::new(), Vec::new());
         for cell in 0..mesh.cells.len() {
             let volume = mesh.cell_volume(cell);
             let [o, a, b, c] = mesh.corners(cell);

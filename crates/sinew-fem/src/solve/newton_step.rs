@@ -1,6 +1,6 @@
 //! Single steps of Newton's method from a predicted displacement: its distance to equilibrium and its correction.
 
-use crate::elements::{PredictedStress, inadmissible, place};
+use crate::elements::{PredictedStress, check_potential, inadmissible, place};
 use crate::linear::dot;
 use crate::solve::SUFFICIENT;
 use crate::{Result, SolveError, Solver};
@@ -63,7 +63,7 @@ impl Solver<'_> {
 
     /// A displacement of this body with prescribed components in their places.
     pub(crate) fn placed(&self, displacement: &[f64], theta: &[f64]) -> Result<Vec<f64>> {
-        self.check(displacement, theta)?;
+        check_potential(self.body(), displacement, theta)?;
         let mut placed = displacement.to_vec();
         place(self.body(), 1.0, &mut placed);
         Ok(placed)

@@ -226,21 +226,19 @@ impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
         let advice = turned.or(advice);
         let worst_cells = self.system.assembly.worst_cells(self.system.body.points_per_cell);
         let mut log = std::mem::take(&mut self.log);
+        let (mut load_factor, mut reached) = (0.0, self.system.rest());
         // A rough equilibrium with no accurate one nearby was beyond the limit point.
         while let Some(point) = self.points.pop() {
-            let ((load_factor, _), rest) = (self.line.at(point.place), point.at == 0.0);
             self.log = Log::default();
             let found = self.equilibrium(point.clone(), self.accuracy());
-            let displacement = match found {
-                Some(found) => found.unknowns.displacement,
-                None if rest => point.unknowns.displacement,
-                None => continue,
-            };
-            let failure = log.failure(load_factor, displacement, worst_cells, advice);
-            return SolveError::NotConverged(failure);
+            if found.is_some() || point.at == 0.0 {
+                (load_factor, _) = self.line.at(point.place);
+                reached = found.map_or(point.unknowns, |found| found.unknowns);
+                break;
+            }
         }
-        let rest = self.system.rest().displacement;
-        SolveError::NotConverged(log.failure(0.0, rest, worst_cells, advice))
+        let failure = log.failure(load_factor, reached.displacement, worst_cells, advice);
+        SolveError::NotConverged(failure)
     }
 
     /// Polynomial extrapolation of the last points.

@@ -1,6 +1,6 @@
 //! Stiffness at an equilibrium, and sensitivities to θ.
 
-use crate::elements::{Followers, State, System, Unknowns, check_length};
+use crate::elements::{Followers, State, System, Unknowns, check_length, check_potential};
 use crate::linear::dot;
 use crate::{Result, Solution, SolveError, Solver};
 use sinew_energy::{Magnitude, PressureSurface};
@@ -42,7 +42,7 @@ impl Solver<'_> {
     /// # Errors
     /// As [`Solver::sensitivity`].
     pub fn sensitivity_at(&mut self, displacement: &[f64], theta: &[f64]) -> Result<Vec<Vec<f64>>> {
-        self.check(displacement, theta)?;
+        check_potential(self.body(), displacement, theta)?;
         self.system.sensitivity(&Unknowns::of(displacement), theta, 1.0)
     }
 
@@ -56,7 +56,7 @@ impl Solver<'_> {
     pub fn adjoint_sensitivity(&mut self, solution: &Solution, slope: &[f64]) -> Result<Vec<f64>> {
         let Solution { displacement, theta, load_factor, .. } = solution;
         check_length(self.body().prescribed.len(), slope)?;
-        self.check(displacement, theta)?;
+        check_potential(self.body(), displacement, theta)?;
         let shift = self.system.factorise_at(&Unknowns::of(displacement), theta, *load_factor)?;
         let slope: Vec<f64> = self.system.sparsity.gather(slope).collect();
         let (adjoint, _) = self.system.solve(&slope, shift)?;

@@ -94,11 +94,6 @@ impl<'p> Solver<'p> {
         [self.system.sparsity.entries(), self.system.factor.entries()]
     }
 
-    /// Checks that there is a potential, and that a displacement and θ are of this body.
-    pub(crate) fn check(&self, displacement: &[f64], theta: &[f64]) -> Result<()> {
-        check_potential(self.body(), displacement, theta)
-    }
-
     /// The unknowns at a displacement, without pressures, if it is one of this body.
     pub(crate) fn at(&self, displacement: &[f64], theta: &[f64]) -> Result<Unknowns> {
         check_state(self.body(), displacement, theta)?;
@@ -119,7 +114,7 @@ impl<'p> Solver<'p> {
         (theta, load_factor): (&[f64], f64),
         predicted: Option<&PredictedStress>,
     ) -> Result<()> {
-        self.check(displacement, theta)?;
+        check_potential(self.body(), displacement, theta)?;
         let state = State { displacement, theta, load_factor, pressure: &[] };
         let System { body, sparsity, assembly, .. } = &mut self.system;
         assembly.nearly_incompressible = is_nearly_incompressible(body, theta);
