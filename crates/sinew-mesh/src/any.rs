@@ -3,7 +3,7 @@
 use crate::io::{GRID, save, to_xml};
 use crate::{
     Defect, Element, Facet, Field, HexMesh, Mesh, MeshError, QuadraticTetMesh,
-    QuadraticTriangleMesh, SelectionError, TetMesh, TriangleMesh,
+    QuadraticTriangleMesh, Selected, Selection, SelectionError, TetMesh, TriangleMesh,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -111,6 +111,18 @@ impl AnyMesh {
     /// As [`Mesh::keep`].
     pub fn keep<S: AsRef<str>>(&mut self, names: &[S]) -> Result<(), SelectionError> {
         with_cells!(self, mesh => mesh.keep(names))
+    }
+
+    /// Names what a selection chooses, see [`Mesh::select`].
+    ///
+    /// # Errors
+    /// As [`Mesh::select`].
+    pub fn select(
+        &mut self,
+        name: &str,
+        selection: &Selection,
+    ) -> Result<Selected, SelectionError> {
+        with_cells!(self, mesh => mesh.select(name, selection))
     }
 
     /// The nodes at which a scalar point field is not zero, see [`Mesh::nodes_where_nonzero`].

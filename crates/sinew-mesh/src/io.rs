@@ -1,14 +1,10 @@
 //! Reading and writing mesh files.
 
 mod carp;
-mod carp_write;
 mod convert;
 mod cursor;
-mod files;
 mod foreign;
 mod gmsh;
-mod gmsh2;
-mod gmsh4;
 mod gmsh_model;
 mod grid;
 mod inp;
@@ -16,34 +12,29 @@ mod inp_elements;
 mod inp_lines;
 mod inp_sets;
 mod inp_surfaces;
-mod mixed;
 mod npy;
 mod number;
 mod obj;
 mod polydata;
-mod report;
 mod sets;
 mod stl;
-mod surface_write;
 mod vtk;
 mod vtu;
 mod vtu_data;
-mod vtu_write;
+mod write;
 
 use std::path::Path;
 
-pub use carp_write::write_carp;
-pub(crate) use files::save;
+pub use carp::write_carp;
+pub use convert::ReadReport;
+pub(crate) use cursor::save;
 pub use grid::MixedMesh;
 pub use npy::{NpyArray, parse_npy, to_npy, to_npy_of};
-pub use report::ReadReport;
-pub use surface_write::{to_obj, to_stl, to_vtp};
-pub use vtu_write::{DISPLACEMENT, to_vtu, write_pvd};
-pub(crate) use vtu_write::{GRID, to_xml};
+pub use write::{DISPLACEMENT, to_obj, to_stl, to_vtp, to_vtu, write_pvd};
+pub(crate) use write::{GRID, to_xml};
 
 use crate::{AnyMesh, Element, Mesh, MeshError, Place, Problem};
-use cursor::Fault;
-use files::load;
+use cursor::{Fault, load};
 
 /// Reads a mesh from a legacy VTK, VTU, VTP, gmsh MSH, Abaqus or CalculiX input, STL or OBJ file, or from the files of a CARP mesh.
 /// The content decides the format and the kind of cell: the first that the file has of quadratic tetrahedra, hexahedra, tetrahedra,

@@ -85,27 +85,22 @@
 
 mod any;
 mod check;
-mod crossings;
 mod element;
 mod error;
-mod field;
 mod generate;
 mod geometry;
 mod io;
 mod mesh;
-mod naming;
 mod quadratic;
 mod quality;
 mod reference;
 mod regions;
 mod selection;
 mod simplices;
-mod surface;
 mod topology;
 mod tree;
 
 pub use any::AnyMesh;
-pub use crossings::self_intersections;
 pub use element::Element;
 pub use error::{Defect, MeshError, Place, Problem};
 pub use generate::{
@@ -113,7 +108,9 @@ pub use generate::{
     Size, Trim, TruncatedEllipsoid, VentricleShape, Wall, WallOptions, box_hexahedra,
     box_tetrahedra, rectangle_triangles,
 };
-pub use geometry::{SELECTION_TOLERANCE, extents, repair_orientation};
+pub use geometry::{
+    SELECTION_TOLERANCE, enclosed_volume, extents, extract_surface, repair_orientation,
+};
 pub use io::{
     DISPLACEMENT, MixedMesh, NpyArray, ReadReport, parse, parse_mesh, parse_npy, read, read_merged,
     read_mesh, read_npy, to_npy, to_npy_of, to_obj, to_stl, to_vtp, to_vtu, write_carp, write_pvd,
@@ -128,5 +125,5 @@ pub use quality::{
 };
 pub use reference::QuadraturePoint;
 pub use selection::{Selected, Selection, SelectionError};
-pub use surface::{enclosed_volume, extract_surface};
 pub use topology::{boundary_facets, edges, remove_unused_nodes};
+pub use tree::self_intersections;

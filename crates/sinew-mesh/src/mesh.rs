@@ -1,5 +1,7 @@
 //! The mesh itself: nodes, cells, named sets and fields.
 
+use crate::Defect;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// A mesh of cells with `N` nodes each, which tell their kind: see [`TetMesh`], [`TriangleMesh`],
@@ -63,4 +65,138 @@ pub enum FieldValues {
     Float(Vec<f64>),
     /// Integers, such as region labels.
     Integer(Vec<i64>),
+}
+
+/// Labels of a field; more are taken for numbering, unless each has several rows.
+const MOST_LABELS: usize = 64;
+
+/// Real numbers below this have no digits that were rounded off, 2⁵³.
+const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
+
+/// Whether a number of distinct values in so many rows are labels.
+pub(crate) fn are_labels(distinct: usize, rows: usize) -> bool {
+    distinct <= MOST_LABELS || 4 * distinct <= rows
+}
+
+impl Field {
+    /// A real number per row.
+    pub fn scalars(values: Vec<f64>) -> Self {
+        Field { components: 1, values: FieldValues::Float(values) }
+    }
+
+    /// `N` real numbers per row, such as a displacement with `N = 3`.
+    pub fn vectors<const N: usize>(rows: &[[f64; N]]) -> Self {
+        Field { components: N, values: FieldValues::Float(rows.as_flattened().to_vec()) }
+    }
+
+    /// An integer per row.
+    pub fn labels(values: Vec<i64>) -> Self {
+        Field { components: 1, values: FieldValues::Integer(values) }
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.values.len() / self.components.max(1)
+    }
+
+    /// All numbers, row by row; integers beyond 2⁵³ are rounded.
+    pub fn to_f64(&self) -> Cow<'_, [f64]> {
+        match &self.values {
+            FieldValues::Float(values) => Cow::Borrowed(values),
+            FieldValues::Integer(values) => values.iter().map(|&v| v as f64).collect(),
+        }
+    }
+
+    /// The rows of a field with `N` components, or `None` when it has another number of them.
+    pub fn to_vectors<const N: usize>(&self) -> Option<Vec<[f64; N]>> {
+        let rows = self.to_f64();
+        (self.components == N).then(|| rows.as_chunks::<N>().0.to_vec())
+    }
+
+    /// The rows with the given indices, in this order. Panics when one is out of range.
+    pub(crate) fn select(&self, rows: &[usize]) -> Self {
+        let width = self.components;
+        let numbers = rows.iter().flat_map(|row| row * width..(row + 1) * width);
+        Field { components: width, values: self.values.select(numbers) }
+    }
+
+    /// The field of nodes of which the first at a place has the row of another where its own is zero.
+    pub(crate) fn joined(&self, first: &[usize]) -> Self {
+        let (values, width) = (self.to_f64(), self.components);
+        let is_zero = |row: usize| values[row * width..][..width].iter().all(|x| *x == 0.0);
+        let mut source: Vec<usize> = (0..first.len()).collect();
+        for (node, &first) in first.iter().enumerate() {
+            if is_zero(source[first]) {
+                source[first] = node;
+            }
+        }
+        self.select(&source)
+    }
+
+    /// Whole numbers, one per row.
+    pub(crate) fn to_labels(&self) -> Option<Cow<'_, [i64]>> {
+        let is_label = |x: &f64| x.fract() == 0.0 && x.abs() < MOST_EXACT;
+        match &self.values {
+            FieldValues::Float(values) if self.components == 1 && values.iter().all(is_label) => {
+                Some(values.iter().map(|&x| x as i64).collect())
+            }
+            _ => self.as_labels().map(Cow::Borrowed),
+        }
+    }
+
+    pub(crate) fn as_labels(&self) -> Option<&[i64]> {
+        match &self.values {
+            FieldValues::Integer(values) if self.components == 1 => Some(values),
+            _ => None,
+        }
+    }
+}
+
+impl FieldValues {
+    /// Number of values.
+    pub fn len(&self) -> usize {
+        match self {
+            FieldValues::Float(values) => values.len(),
+            FieldValues::Integer(values) => values.len(),
+        }
+    }
+
+    /// Whether the field has no values.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The numbers with the given indices, in this order. Panics when one is out of range.
+    pub(crate) fn select(&self, indices: impl Iterator<Item = usize>) -> Self {
+        match self {
+            FieldValues::Float(values) => FieldValues::Float(indices.map(|i| values[i]).collect()),
+            FieldValues::Integer(values) => {
+                FieldValues::Integer(indices.map(|i| values[i]).collect())
+            }
+        }
+    }
+}
+
+impl<const N: usize> Mesh<N> {
+    /// The nodes at which a scalar point field is not zero, ascending: the node set behind a
+    /// marker such as `clamped`.
+    ///
+    /// # Errors
+    /// [`Defect::NoSuchField`] when no scalar point field has this name, [`Defect::FieldNotFinite`].
+    pub fn nodes_where_nonzero(&self, field: &str) -> Result<Vec<usize>, Defect> {
+        let is_scalar = |f: &&Field| f.components == 1;
+        let found = self.point_fields.get(field).filter(is_scalar).ok_or_else(|| {
+            let names = self.point_fields.iter().filter(|(_, f)| is_scalar(f));
+            Defect::NoSuchField {
+                field: field.into(),
+                wanted: "scalar point",
+                available: names.map(|(name, _)| name.clone()).collect(),
+            }
+        })?;
+        let numbers = found.to_f64();
+        if let Some(row) = numbers.iter().position(|number| !number.is_finite()) {
+            return Err(Defect::FieldNotFinite { field: field.into(), row, value: numbers[row] });
+        }
+        Ok((0..numbers.len()).filter(|&node| numbers[node] != 0.0).collect())
+    }
 }

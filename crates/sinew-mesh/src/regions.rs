@@ -1,6 +1,6 @@
 //! Regions of a mesh by sets and labels of its cells: what they hold, the facets between them, and parts cut out.
 
-use crate::field::are_labels;
+use crate::mesh::are_labels;
 use crate::topology::{FacetKey, facet_key, facets};
 use crate::{Defect, Facet, Mesh, SelectionError, boundary_facets, remove_unused_nodes};
 use sinew_num::ascending;

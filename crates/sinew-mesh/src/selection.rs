@@ -1,12 +1,9 @@
 //! Sets of nodes and facets by where they are: planes, boxes, spheres, directions, surfaces, and combinations of them.
 
-mod error;
 mod places;
 
-pub use error::SelectionError;
-
 use crate::tree::SurfaceTree;
-use crate::{AnyMesh, Facet, Mesh, TriangleMesh};
+use crate::{Facet, Mesh, TriangleMesh};
 use nalgebra::Vector3;
 use places::Places;
 use std::fmt;
@@ -136,7 +133,7 @@ impl Selection {
         Self(Rule::Set { name: name.into() })
     }
 
-    /// Facets between the cells of two regions, each a set or label that [`AnyMesh::cells_of`] knows; those of the first, where the
+    /// Facets between the cells of two regions, each a set or label that [`Mesh::cells_of`] knows; those of the first, where the
     /// mesh has both. They stay known where [`Mesh::keep`] cuts one of the two away. With `"outside"` in the place of a region: facets
     /// of the other that have no cell behind, nor had one before a cut.
     ///
@@ -227,16 +224,45 @@ impl<const N: usize> Mesh<N> {
     }
 }
 
-impl AnyMesh {
-    /// Names what a selection chooses, see [`Mesh::select`].
-    ///
-    /// # Errors
-    /// As [`Mesh::select`].
-    pub fn select(
-        &mut self,
-        name: &str,
-        selection: &Selection,
-    ) -> Result<Selected, SelectionError> {
-        crate::with_cells!(self, mesh => mesh.select(name, selection))
-    }
+/// Errors of selections.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum SelectionError {
+    /// No node is chosen.
+    #[error("`{name}` holds nothing: {found}")]
+    Empty { name: String, found: String },
+    /// A direction without length, or not finite.
+    #[error("[{}, {}, {}] is not a direction; give one of some length, such as [0, 0, 1]", direction[0], direction[1], direction[2])]
+    Direction { direction: [f64; 3] },
+    /// A point that is not finite.
+    #[error("[{}, {}, {}] is not a point; give finite coordinates", point[0], point[1], point[2])]
+    Point { point: [f64; 3] },
+    /// A distance that is negative or not finite.
+    #[error("{what} is {value}; give a number that is not negative")]
+    Distance { what: &'static str, value: f64 },
+    /// An angle that is not between 0 and 180 degrees.
+    #[error("{degrees} is not an angle between normals; give 0 to 180 degrees")]
+    Angle { degrees: f64 },
+    /// A box whose corners are in the wrong order.
+    #[error(
+        "along {} the box goes from {least} to {most}; give the smaller corner first",
+        ["x", "y", "z"][*axis]
+    )]
+    Corners { axis: usize, least: f64, most: f64 },
+    /// A set that the mesh does not have.
+    #[error("the mesh has neither node set nor facet set `{name}`, only {}", known.join(", "))]
+    UnknownSet { name: String, known: Vec<String> },
+    /// Cells that the mesh does not have, with those that it has.
+    #[error("the mesh has no set of cells `{name}`, only {}", known.join(", "))]
+    UnknownCells { name: String, known: Vec<String> },
+    /// A combination of nothing.
+    #[error("a combination of no selections; give at least one")]
+    NoSelections,
+    /// A surface without triangles.
+    #[error("a surface without triangles; give one that has some")]
+    EmptySurface,
+    /// A mesh without cells, or one that breaks its own rules.
+    #[error(transparent)]
+    Defect(#[from] crate::Defect),
 }

@@ -1,6 +1,7 @@
-//! A tree of boxes around the triangles of a surface, for rays, distances and crossings.
+//! A tree of boxes around the triangles of a surface, for rays, distances and crossings; surfaces that pass through themselves.
 
 use crate::TriangleMesh;
+use crate::geometry::merged;
 use nalgebra::Vector3;
 
 type Point = Vector3<f64>;
@@ -12,6 +13,9 @@ const LEAF: usize = 4;
 const EDGE: f64 = 1e-9;
 /// Sine of the angle to a triangle's plane below which a line counts as parallel to it: some thousand rounding errors.
 const PARALLEL: f64 = 1e-12;
+
+/// Least distance of a crossing from ends and edges \[relative to their lengths\]: contact is no crossing.
+const MARGIN: f64 = 1e-9;
 
 /// Triangles sorted into nested boxes (a bounding volume hierarchy, split at the median of the longest side).
 pub(crate) struct SurfaceTree {
@@ -126,7 +130,7 @@ impl SurfaceTree {
     }
 
     /// Triangles whose leaf touches the box.
-    pub(crate) fn near(&self, low: Point, high: Point) -> Vec<usize> {
+    fn near(&self, low: Point, high: Point) -> Vec<usize> {
         let mut found = Vec::new();
         let touches =
             |node: &Node| (0..3).all(|i| node.low[i] <= high[i] && low[i] <= node.high[i]);
@@ -137,12 +141,7 @@ impl SurfaceTree {
 
 /// Intersection of a line and a triangle, in lengths of its direction (Möller and Trumbore, J. Graphics Tools 2, 1997). With a
 /// positive margin the edges do not count, with a negative one a strip beyond them does.
-pub(crate) fn crossing(
-    [a, b, c]: &[Point; 3],
-    origin: Point,
-    direction: Point,
-    margin: f64,
-) -> Option<f64> {
+fn crossing([a, b, c]: &[Point; 3], origin: Point, direction: Point, margin: f64) -> Option<f64> {
     let (along, up) = (b - a, c - a);
     let across = direction.cross(&up);
     let volume = along.dot(&across);
@@ -178,4 +177,55 @@ fn nearest([a, b, c]: &[Point; 3], point: Point) -> Point {
     } else {
         a + (ab * vb + ac * vc) / (va + vb + vc)
     }
+}
+
+/// Pairs of triangles that intersect: an edge of one passes through the interior of the other. Coincident points count
+/// as one; coplanar triangles are not found.
+///
+/// ```
+/// use sinew_mesh::{TriangleMesh, self_intersections};
+///
+/// let points = vec![[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.5, 0.5, -1.0], [0.6, 0.5, 1.0], [0.5, 0.6, 1.0]];
+/// let mut surface = TriangleMesh::new(points, vec![[0, 1, 2], [3, 4, 5]])?;
+/// assert_eq!(self_intersections(&surface), [[0, 1]]);
+/// surface.points[3][2] = 0.5;
+/// assert!(self_intersections(&surface).is_empty());
+/// # Ok::<(), sinew_mesh::Defect>(())
+/// ```
+pub fn self_intersections(surface: &TriangleMesh) -> Vec<[usize; 2]> {
+    let tree = SurfaceTree::new(surface);
+    let place = merged(&surface.points, 0.0);
+    let named = |cell: usize| surface.cells[cell].map(|node| place[node]);
+    let mut pairs = Vec::new();
+    for cell in 0..surface.cells.len() {
+        let corners = surface.corners(cell);
+        let low = corners[0].inf(&corners[1]).inf(&corners[2]);
+        let high = corners[0].sup(&corners[1]).sup(&corners[2]);
+        for other in tree.near(low, high) {
+            if other <= cell {
+                continue;
+            }
+            let of_other = surface.corners(other);
+            let (a, b) = (named(cell), named(other));
+            if pierces((a, &corners), (b, &of_other)) || pierces((b, &of_other), (a, &corners)) {
+                pairs.push([cell, other]);
+            }
+        }
+    }
+    pairs.sort_unstable();
+    pairs
+}
+
+/// Whether an edge of the first triangle passes through the second; edges that share an end with it do not count.
+fn pierces(
+    (names, corners): ([usize; 3], &[Point; 3]),
+    (others, triangle): ([usize; 3], &[Point; 3]),
+) -> bool {
+    (0..3).any(|k| {
+        let ends = [k, (k + 1) % 3];
+        let apart = ends.iter().all(|&end| !others.contains(&names[end]));
+        let [from, to] = ends.map(|end| corners[end]);
+        let inside = |way: f64| (MARGIN..1.0 - MARGIN).contains(&way);
+        apart && crossing(triangle, from, to - from, MARGIN).is_some_and(inside)
+    })
 }

@@ -1,8 +1,9 @@
 //! A position in the bytes of a file, shared by the readers of text and binary formats.
 
 use super::number::NumberType;
-use crate::{FieldValues, Place, Problem};
+use crate::{FieldValues, MeshError, Place, Problem};
 use std::ops::RangeInclusive;
+use std::path::Path;
 use std::str::FromStr;
 
 /// Place and reason of a file that cannot be read.
@@ -32,6 +33,18 @@ pub(crate) struct Cursor<'a> {
     item: usize,
     /// Encoding of numbers; keywords are always text.
     pub encoding: Encoding,
+}
+
+/// A file's name in errors and its bytes.
+pub(super) fn load(path: &Path) -> Result<(String, Vec<u8>), MeshError> {
+    let failed = |source| MeshError::File { path: path.into(), source };
+    Ok((path.display().to_string(), std::fs::read(path).map_err(failed)?))
+}
+
+/// Writes a file.
+pub(crate) fn save(path: &Path, bytes: &[u8]) -> Result<(), MeshError> {
+    let failed = |source| MeshError::File { path: path.into(), source };
+    std::fs::write(path, bytes).map_err(failed)
 }
 
 /// Longest piece of a file that an error repeats, in bytes.

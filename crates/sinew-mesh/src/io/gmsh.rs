@@ -1,11 +1,15 @@
-//! gmsh MSH files: the sections that versions 2.2 and 4.1 share (Gmsh reference manual,
-//! "MSH file format").
+//! gmsh MSH files, versions 2.2 and 4.1 (Gmsh reference manual, "MSH file format"). Text and binary files have the same numbers in
+//! the same order.
 
 use super::cursor::{Cursor, Encoding, Endian, Fault};
-use super::gmsh_model::{Gmsh, Version};
+use super::gmsh_model::{Gmsh, Version, element_type};
 use super::grid::{MixedMesh, cell_type};
-use super::number::NumberType;
+use super::number::NumberType::{F64, I32, U64};
 use crate::{Field, FieldValues, Problem};
+
+/// Physical groups of one entity beyond which the file is taken for damaged: each element of
+/// the entity joins them all, so this bounds memory by a multiple of the file's size.
+const MOST_GROUPS: i64 = 64;
 
 /// Reads the nodes, elements, physical groups and data of a file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
@@ -41,13 +45,13 @@ impl Gmsh<'_> {
         match (bare, self.version) {
             (b"MeshFormat", _) => self.format()?,
             (b"PhysicalNames", _) => self.physical_names()?,
-            (b"Nodes", Version::Two) => super::gmsh2::nodes(self, false)?,
-            (b"ParametricNodes", Version::Two) => super::gmsh2::nodes(self, true)?,
-            (b"Nodes", _) => super::gmsh4::nodes(self)?,
-            (b"Elements", Version::Two) => super::gmsh2::elements(self)?,
-            (b"Elements", _) => super::gmsh4::elements(self)?,
-            (b"Entities", Version::Four) => super::gmsh4::entities(self, false)?,
-            (b"PartitionedEntities", Version::Four) => super::gmsh4::entities(self, true)?,
+            (b"Nodes", Version::Two) => self.nodes_2(false)?,
+            (b"ParametricNodes", Version::Two) => self.nodes_2(true)?,
+            (b"Nodes", _) => self.nodes_4()?,
+            (b"Elements", Version::Two) => self.elements_2()?,
+            (b"Elements", _) => self.elements_4()?,
+            (b"Entities", Version::Four) => self.entities_4(false)?,
+            (b"PartitionedEntities", Version::Four) => self.entities_4(true)?,
             (b"NodeData", _) => self.data(true)?,
             (b"ElementData", _) => self.data(false)?,
             _ => {
@@ -136,12 +140,12 @@ impl Gmsh<'_> {
         let mut values = vec![f64::NAN; total.saturating_mul(components)];
         let mut seen = vec![false; total];
         for _ in 0..rows {
-            let tag = self.cursor.integer(NumberType::I32, "the tag of a data row")?;
+            let tag = self.cursor.integer(I32, "the tag of a data row")?;
             let index = if of_nodes { &self.node_index } else { &self.element_index };
             let Some(&index) = index.get(&tag) else {
                 return Err(Problem::expected("the tag of a node or element", tag.to_string()));
             };
-            let row = self.cursor.reals(NumberType::F64, components, "numbers of a data row")?;
+            let row = self.cursor.reals(F64, components, "numbers of a data row")?;
             values[index * components..][..components].copy_from_slice(&row);
             seen[index] = true;
         }
@@ -163,5 +167,162 @@ impl Gmsh<'_> {
         let field = Field { components, values: FieldValues::Float(values) };
         self.grid.fields(of_nodes).insert(name, field);
         Ok(())
+    }
+
+    /// Nodes of MSH 2.2: rows of a tag and three coordinates; parametric ones with the dimension and the tag of the node's entity, and its one or
+    /// two parameters on a curve or surface.
+    fn nodes_2(&mut self, parametric: bool) -> Result<(), Problem> {
+        let count: usize = self.cursor.parse("the number of nodes")?;
+        self.cursor.line();
+        self.grid.points_at = self.cursor.here();
+        for _ in 0..count {
+            let tag = self.cursor.integer(I32, "the tag of a node")?;
+            let point = self.cursor.reals(F64, 3, "coordinates")?;
+            self.node(tag, [point[0], point[1], point[2]])?;
+            if parametric {
+                let entity = self.cursor.integers(I32, 2, "dimension and tag of an entity")?;
+                let parameters =
+                    if let dimension @ 1..=2 = entity[0] { dimension as usize } else { 0 };
+                self.cursor.reals(F64, parameters, "parameters of a node")?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Elements of MSH 2.2 with their tags, of which the first is the physical group. An element in several
+    /// groups is listed once for each.
+    fn elements_2(&mut self) -> Result<(), Problem> {
+        let count: usize = self.cursor.parse("the number of elements")?;
+        self.cursor.line();
+        self.grid.cells_at = self.cursor.here();
+        self.known.clear();
+        let mut read = 0;
+        while read < count {
+            if self.cursor.encoding == Encoding::Text {
+                let element = self.cursor.integer(I32, "the tag of an element")?;
+                let kind = self.cursor.integer(I32, "the type of an element")?;
+                let tags = self.cursor.count(I32, "the number of tags")?;
+                self.row_2(Some(element), kind, tags)?;
+                read += 1;
+            } else {
+                let kind = self.cursor.integer(I32, "the type of a block of elements")?;
+                let block = self.cursor.count(I32, "the number of elements in a block")?.max(1);
+                let tags = self.cursor.count(I32, "the number of tags")?;
+                for _ in 0..block {
+                    self.row_2(None, kind, tags)?;
+                }
+                read += block;
+            }
+        }
+        Ok(())
+    }
+
+    fn row_2(&mut self, tag: Option<i64>, kind: i64, tags: usize) -> Result<(), Problem> {
+        let (vtk_type, length) = element_type(kind)?;
+        let tag = match tag {
+            Some(tag) => tag,
+            None => self.cursor.integer(I32, "the tag of an element")?,
+        };
+        let tags = self.cursor.integers(I32, tags, "tags of an element")?;
+        let nodes = self.cursor.integers(I32, length, "nodes of an element")?;
+        let index = match self.known.get(&(vtk_type, nodes.clone())) {
+            Some(&index) => index,
+            None => self.element(vtk_type, &nodes)?,
+        };
+        self.known.insert((vtk_type, nodes), index);
+        self.element_index.insert(tag, index);
+        if let Some(&physical) = tags.first().filter(|&&physical| physical != 0) {
+            self.join_group(cell_type(vtk_type).1, physical, index);
+        }
+        Ok(())
+    }
+
+    /// The points, curves, surfaces and volumes of the model with their physical groups; of a mesh in partitions those of each
+    /// part.
+    fn entities_4(&mut self, partitioned: bool) -> Result<(), Problem> {
+        if partitioned {
+            self.cursor.count(U64, "the number of partitions")?;
+            let ghosts = self.cursor.count(U64, "the number of ghost entities")?;
+            self.cursor.integers(I32, ghosts.saturating_mul(2), "ghost entities")?;
+        }
+        let mut counts = [0; 4];
+        for count in &mut counts {
+            *count = self.cursor.count(U64, "the number of entities")?;
+        }
+        for (dimension, count) in counts.into_iter().enumerate() {
+            for _ in 0..count {
+                let tag = self.cursor.integer(I32, "the tag of an entity")?;
+                if partitioned {
+                    self.cursor.integers(I32, 2, "the entity that was divided")?;
+                    let parts = self.cursor.count(U64, "the number of partitions")?;
+                    self.cursor.integers(I32, parts, "tags of partitions")?;
+                }
+                // A point's position, or the corners of a bounding box.
+                let numbers = if dimension == 0 { 3 } else { 6 };
+                self.cursor.reals(F64, numbers, "the extent of an entity")?;
+                let groups = self.cursor.count(U64, "the number of physical groups")?;
+                let what = "the number of physical groups of an entity";
+                Problem::require_within(what, groups as i64, 0..=MOST_GROUPS)?;
+                let groups = self.cursor.integers(I32, groups, "tags of physical groups")?;
+                if dimension > 0 {
+                    let bounding = self.cursor.count(U64, "the number of bounding entities")?;
+                    self.cursor.integers(I32, bounding, "tags of bounding entities")?;
+                }
+                self.physicals.insert((dimension as i64, tag), groups);
+            }
+        }
+        Ok(())
+    }
+
+    /// Nodes of MSH 4.1 in blocks: tags first, then coordinates.
+    fn nodes_4(&mut self) -> Result<(), Problem> {
+        let blocks = self.block_count()?;
+        self.grid.points_at = self.cursor.here();
+        for _ in 0..blocks {
+            let dimension = self.cursor.count(I32, "the dimension of an entity")?.min(3);
+            self.cursor.integer(I32, "the tag of an entity")?;
+            let parametric = self.cursor.integer(I32, "whether nodes are parametric")? != 0;
+            let count = self.cursor.count(U64, "the number of nodes in a block")?;
+            let tags = self.cursor.integers(U64, count, "tags of nodes")?;
+            let width = if parametric { 3 + dimension } else { 3 };
+            let numbers = self.cursor.reals(F64, count.saturating_mul(width), "coordinates")?;
+            for (&tag, row) in tags.iter().zip(numbers.chunks_exact(width)) {
+                self.node(tag, [row[0], row[1], row[2]])?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Elements of MSH 4.1 in blocks of one type on one entity.
+    fn elements_4(&mut self) -> Result<(), Problem> {
+        let blocks = self.block_count()?;
+        self.grid.cells_at = self.cursor.here();
+        for _ in 0..blocks {
+            let dimension = self.cursor.integer(I32, "the dimension of an entity")?;
+            let entity = self.cursor.integer(I32, "the tag of an entity")?;
+            let kind = self.cursor.integer(I32, "the type of elements")?;
+            let (vtk_type, length) = element_type(kind)?;
+            let count = self.cursor.count(U64, "the number of elements in a block")?;
+            let numbers = count.saturating_mul(1 + length);
+            let rows = self.cursor.integers(U64, numbers, "elements")?;
+            let groups = self.physicals.get(&(dimension, entity)).cloned().unwrap_or_default();
+            for row in rows.chunks_exact(1 + length) {
+                let index = self.element(vtk_type, &row[1..])?;
+                self.element_index.insert(row[0], index);
+                for &physical in &groups {
+                    self.join_group(dimension, physical, index);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The number of blocks; the totals behind it follow from the blocks.
+    fn block_count(&mut self) -> Result<usize, Problem> {
+        let blocks = self.cursor.count(U64, "the number of blocks")?;
+        for what in ["the total count", "the smallest tag", "the largest tag"] {
+            self.cursor.count(U64, what)?;
+        }
+        Ok(blocks)
     }
 }

@@ -1,13 +1,13 @@
 //! Input files of Abaqus and CalculiX: nodes, elements, their sets and surfaces (Abaqus Keywords Reference Guide; G. Dhondt,
 //! CalculiX CrunchiX User's Manual). Materials, steps and all other keywords are passed over.
 
+use super::convert::counted;
 use super::cursor::{Cursor, Fault, number};
 use super::grid::{MixedMesh, indices};
 use super::inp_elements::{Kind, kind};
 use super::inp_lines::{Block, Name, blocks, fields, real};
 use super::inp_sets::{Scope, Sets};
 use super::inp_surfaces::Surface;
-use super::report::counted;
 use crate::Problem;
 use crate::topology::FacetKey;
 use nalgebra::{Rotation3, Unit, Vector3};

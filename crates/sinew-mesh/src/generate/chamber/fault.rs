@@ -1,8 +1,7 @@
 //! Faults of surfaces that no wall lies between: units, places, pieces and rims.
 
-use super::axis::rims;
+use super::axis::{Point, Trees, rims};
 use super::error::{ChamberError, shown};
-use super::trees::{Point, Trees};
 use crate::geometry::merged;
 use crate::{TriangleMesh, extents};
 use sinew_num::connected_components;
