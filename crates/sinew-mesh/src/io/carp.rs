@@ -1,7 +1,7 @@
 //! CARP meshes, those of openCARP: text files of one name for points (`.pts`, in µm), elements (`.elem`) and fibres (`.lon`), with
 //! surfaces (`.surf`) and vertices (`.vtx`) beside them (openCARP user manual, "File formats").
 
-use super::cursor::{Cursor, load, number, save};
+use super::cursor::{Cursor, Result, load, number, save};
 use super::grid::{MixedMesh as Grid, cell_type};
 use super::number::NumberType::{F64, I64};
 use crate::{Field, Mesh, MeshError, Place, Problem};
@@ -130,7 +130,7 @@ fn beside(stem: &Path, ending: &str) -> Vec<(PathBuf, String)> {
 /// Reads a file to its end.
 fn in_file<T>(
     path: &Path,
-    read: impl FnOnce(&mut Cursor<'_>) -> Result<T, Problem>,
+    read: impl FnOnce(&mut Cursor<'_>) -> Result<T>,
 ) -> Result<T, MeshError> {
     let (name, bytes) = load(path)?;
     let mut cursor = Cursor::new(&bytes);
@@ -141,7 +141,7 @@ fn in_file<T>(
     content.map_err(|problem| MeshError::in_file(&name, cursor.fault(problem)))
 }
 
-fn vector(cursor: &mut Cursor<'_>, what: &'static str) -> Result<[f64; 3], Problem> {
+fn vector(cursor: &mut Cursor<'_>, what: &'static str) -> Result<[f64; 3]> {
     let row = cursor.reals(F64, 3, what)?;
     let is_finite = row.iter().all(|x| x.is_finite());
     let problem = || Problem::expected(what, format!("{row:?}"));
@@ -149,14 +149,14 @@ fn vector(cursor: &mut Cursor<'_>, what: &'static str) -> Result<[f64; 3], Probl
 }
 
 /// Indices of nodes that there are.
-fn nodes(cursor: &mut Cursor<'_>, count: usize, of: usize) -> Result<Vec<i64>, Problem> {
+fn nodes(cursor: &mut Cursor<'_>, count: usize, of: usize) -> Result<Vec<i64>> {
     let (nodes, most) = (cursor.integers(I64, count, "a node")?, of as i64 - 1);
     nodes.iter().try_for_each(|&node| Problem::require_within("a node", node, 0..=most))?;
     Ok(nodes)
 }
 
 /// Adds an element by the word of its type and its nodes, and returns the word behind them on the line, if any.
-fn element<'a>(cursor: &mut Cursor<'a>, grid: &mut Grid) -> Result<&'a [u8], Problem> {
+fn element<'a>(cursor: &mut Cursor<'a>, grid: &mut Grid) -> Result<&'a [u8]> {
     let word = cursor.text("an element")?;
     let kind = match word {
         "Tt" => 10,

@@ -1,6 +1,6 @@
 //! Conversion of the cells of a file to a mesh, and its changes in words.
 
-use super::cursor::Fault;
+use super::cursor::{Fault, Result};
 use super::grid::{MixedMesh, cell_type};
 use super::sets::sets_from_fields;
 use crate::check::{check_cell, check_fields, check_points};
@@ -87,7 +87,7 @@ fn is_lower(element: &Element, kind: u8) -> bool {
     matches!(kind, 1 | 2 | 4) || element.dimension == 3 && of_solid
 }
 
-fn sort_cells<const N: usize>(grid: &MixedMesh) -> Result<SortedCells<N>, Problem> {
+fn sort_cells<const N: usize>(grid: &MixedMesh) -> Result<SortedCells<N>> {
     let element = Mesh::<N>::ELEMENT;
     let mut sorted = SortedCells { cells: vec![], facets: vec![], lower: vec![] };
     for (index, &kind) in grid.types.iter().enumerate() {
@@ -114,7 +114,7 @@ fn sort_cells<const N: usize>(grid: &MixedMesh) -> Result<SortedCells<N>, Proble
 
 /// Checks the nodes of a cell; one with any number of nodes may name a node again, as a closed
 /// line does.
-fn check_nodes(grid: &MixedMesh, cell: usize, number: Option<usize>) -> Result<(), Problem> {
+fn check_nodes(grid: &MixedMesh, cell: usize, number: Option<usize>) -> Result<()> {
     let (nodes, total) = (grid.cell(cell), grid.points.len());
     let Some(expected) = number else {
         return Ok(nodes.chunks(1).try_for_each(|node| check_cell(cell, node, total))?);

@@ -9,26 +9,24 @@ use std::str::FromStr;
 /// Place and reason of a file that cannot be read.
 pub(crate) type Fault = (Place, Problem);
 
-/// Order of the bytes of a number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Endian {
-    Little,
-    Big,
-}
+/// What a reader returns.
+pub(super) type Result<T, E = Problem> = std::result::Result<T, E>;
 
-/// Encoding of the numbers in a file.
+/// Encoding of the numbers in a file: text, or binary by the order of bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Encoding {
     #[default]
     Text,
-    Binary(Endian),
+    Little,
+    Big,
 }
 
 /// Reads a file from front to back; never past its end, never more than its bytes can hold.
 #[derive(Default)]
 pub(crate) struct Cursor<'a> {
     bytes: &'a [u8],
-    position: usize,
+    /// Position that the next item is read from.
+    pub position: usize,
     /// Start of the last item, which errors point to.
     item: usize,
     /// Encoding of numbers; keywords are always text.
@@ -74,16 +72,12 @@ impl Problem {
         before: Option<T>,
         expected: &'static str,
         found: impl ToString,
-    ) -> Result<(), Self> {
+    ) -> Result<()> {
         before.map_or(Ok(()), |_| Err(Self::expected(expected, found.to_string())))
     }
 
     /// Requires bytes that a declared count needs.
-    pub(super) fn require_bytes(
-        what: &'static str,
-        needed: u128,
-        available: usize,
-    ) -> Result<(), Self> {
+    pub(super) fn require_bytes(what: &'static str, needed: u128, available: usize) -> Result<()> {
         let enough = needed <= available as u128;
         enough.then_some(()).ok_or(Problem::CutOff { what, needed, available })
     }
@@ -93,7 +87,7 @@ impl Problem {
         what: &'static str,
         value: i64,
         bounds: RangeInclusive<i64>,
-    ) -> Result<(), Self> {
+    ) -> Result<()> {
         let (&least, &most) = (bounds.start(), bounds.end());
         let inside = bounds.contains(&value);
         inside.then_some(()).ok_or(Problem::Range { what, value, least, most })
@@ -104,7 +98,7 @@ impl Problem {
         what: impl FnOnce() -> String,
         expected: usize,
         found: usize,
-    ) -> Result<(), Self> {
+    ) -> Result<()> {
         let equal = expected == found;
         equal.then_some(()).ok_or_else(|| Problem::Count { what: what(), expected, found })
     }
@@ -120,7 +114,7 @@ impl Problem {
 }
 
 /// A word as a number.
-pub(super) fn number<T: FromStr>(word: &[u8], expected: &'static str) -> Result<T, Problem> {
+pub(super) fn number<T: FromStr>(word: &[u8], expected: &'static str) -> Result<T> {
     let number = str::from_utf8(word).ok().and_then(|text| text.parse().ok());
     number.ok_or_else(|| Problem::expected(expected, word))
 }
@@ -152,10 +146,6 @@ impl<'a> Cursor<'a> {
         &self.bytes[self.position..]
     }
 
-    pub(super) fn remaining(&self) -> usize {
-        self.bytes.len() - self.position
-    }
-
     pub(super) fn skip_whitespace(&mut self) {
         let blank = self.rest().iter().take_while(|b| b.is_ascii_whitespace()).count();
         self.position += blank;
@@ -174,7 +164,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The rest of the line as text.
-    pub(super) fn text_line(&mut self, expected: &'static str) -> Result<&'a str, Problem> {
+    pub(super) fn text_line(&mut self, expected: &'static str) -> Result<&'a str> {
         let line = self.line().ok_or(Problem::Missing { expected })?;
         str::from_utf8(line).map_err(|_| Problem::expected(expected, line))
     }
@@ -190,39 +180,25 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next word as text.
-    pub(super) fn text(&mut self, expected: &'static str) -> Result<&'a str, Problem> {
+    pub(super) fn text(&mut self, expected: &'static str) -> Result<&'a str> {
         let word = self.word().ok_or(Problem::Missing { expected })?;
         str::from_utf8(word).map_err(|_| Problem::expected(expected, word))
     }
 
     /// The next word as a number, whatever the encoding.
-    pub(super) fn parse<T: FromStr>(&mut self, expected: &'static str) -> Result<T, Problem> {
+    pub(super) fn parse<T: FromStr>(&mut self, expected: &'static str) -> Result<T> {
         number(self.word().ok_or(Problem::Missing { expected })?, expected)
     }
 
     /// Reads a word that must be this one, in small or capital letters.
-    pub(super) fn keyword(&mut self, keyword: &'static str) -> Result<(), Problem> {
+    pub(super) fn keyword(&mut self, keyword: &'static str) -> Result<()> {
         let word = self.text(keyword)?;
         let is_it = word.eq_ignore_ascii_case(keyword);
         is_it.then_some(()).ok_or_else(|| Problem::expected(keyword, word))
     }
 
-    /// Position that the next item is read from.
-    pub(super) fn position(&self) -> usize {
-        self.position
-    }
-
-    /// Goes back to where [`Cursor::position`] was.
-    pub(super) fn rewind(&mut self, position: usize) {
-        self.position = position.min(self.position);
-    }
-
     /// Reads up to and beyond `end`; what comes before it is returned.
-    pub(super) fn skip_past(
-        &mut self,
-        end: &[u8],
-        expected: &'static str,
-    ) -> Result<&'a [u8], Problem> {
+    pub(super) fn skip_past(&mut self, end: &[u8], expected: &'static str) -> Result<&'a [u8]> {
         self.item = self.position;
         let rest = self.rest();
         let found = rest.windows(end.len()).position(|window| window == end);
@@ -232,9 +208,9 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next `count` bytes.
-    pub(super) fn take(&mut self, count: usize, what: &'static str) -> Result<&'a [u8], Problem> {
+    pub(super) fn take(&mut self, count: usize, what: &'static str) -> Result<&'a [u8]> {
         self.item = self.position;
-        Problem::require_bytes(what, count as u128, self.remaining())?;
+        Problem::require_bytes(what, count as u128, self.rest().len())?;
         let taken = &self.rest()[..count];
         self.position += count;
         Ok(taken)
@@ -247,27 +223,21 @@ impl<'a> Cursor<'a> {
         kind: NumberType,
         count: usize,
         what: &'static str,
-    ) -> Result<FieldValues, Problem> {
-        let needed = match self.encoding {
-            // A digit and a separator each, which only the last may lack.
-            Encoding::Text => (2 * count as u128).saturating_sub(1),
-            Encoding::Binary(_) => count as u128 * kind.size() as u128,
-        };
-        Problem::require_bytes(what, needed, self.remaining())?;
-        match self.encoding {
-            Encoding::Binary(endian) => {
-                let bytes = self.take(count * kind.size(), what)?;
-                kind.decode(bytes, endian).map_err(|index| {
-                    self.item += index * kind.size();
-                    Problem::expected("an integer below 2^63", b"a larger one")
-                })
-            }
-            Encoding::Text => {
-                let expected = what;
-                let word = |_| self.word().ok_or(Problem::Missing { expected });
-                kind.parse((0..count).map(word), expected)
-            }
+    ) -> Result<FieldValues> {
+        let is_text = self.encoding == Encoding::Text;
+        // In text a digit and a separator each, which only the last may lack.
+        let texts = (2 * count as u128).saturating_sub(1);
+        let needed = if is_text { texts } else { count as u128 * kind.size() as u128 };
+        Problem::require_bytes(what, needed, self.rest().len())?;
+        if is_text {
+            let word = |_| self.word().ok_or(Problem::Missing { expected: what });
+            return kind.parse((0..count).map(word), what);
         }
+        let bytes = self.take(count * kind.size(), what)?;
+        kind.decode(bytes, self.encoding).map_err(|index| {
+            self.item += index * kind.size();
+            Problem::expected("an integer below 2^63", b"a larger one")
+        })
     }
 
     /// `count` integers in the cursor's encoding.
@@ -276,7 +246,7 @@ impl<'a> Cursor<'a> {
         kind: NumberType,
         count: usize,
         what: &'static str,
-    ) -> Result<Vec<i64>, Problem> {
+    ) -> Result<Vec<i64>> {
         match self.numbers(kind, count, what)? {
             FieldValues::Integer(values) => Ok(values),
             FieldValues::Float(_) => Err(Problem::expected("integers", b"real numbers")),
@@ -289,7 +259,7 @@ impl<'a> Cursor<'a> {
         kind: NumberType,
         count: usize,
         what: &'static str,
-    ) -> Result<Vec<f64>, Problem> {
+    ) -> Result<Vec<f64>> {
         Ok(match self.numbers(kind, count, what)? {
             FieldValues::Float(values) => values,
             FieldValues::Integer(values) => values.into_iter().map(|v| v as f64).collect(),
@@ -297,7 +267,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// One integer in the cursor's encoding.
-    pub(super) fn integer(&mut self, kind: NumberType, what: &'static str) -> Result<i64, Problem> {
+    pub(super) fn integer(&mut self, kind: NumberType, what: &'static str) -> Result<i64> {
         if self.encoding == Encoding::Text {
             self.skip_whitespace();
         }
@@ -307,7 +277,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// One integer that counts something.
-    pub(super) fn count(&mut self, kind: NumberType, what: &'static str) -> Result<usize, Problem> {
+    pub(super) fn count(&mut self, kind: NumberType, what: &'static str) -> Result<usize> {
         let value = self.integer(kind, what)?;
         let most = i64::MAX;
         usize::try_from(value).map_err(|_| Problem::Range { what, value, least: 0, most })

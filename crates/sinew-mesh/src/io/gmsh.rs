@@ -1,7 +1,7 @@
 //! gmsh MSH files, versions 2.2 and 4.1 (Gmsh reference manual, "MSH file format"). Text and binary files have the same numbers in
 //! the same order.
 
-use super::cursor::{Cursor, Encoding, Endian, Fault};
+use super::cursor::{Cursor, Encoding, Fault, Result};
 use super::gmsh_model::{Gmsh, Version, element_type};
 use super::grid::{MixedMesh, cell_type};
 use super::number::NumberType::{F64, I32, U64};
@@ -20,7 +20,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
 }
 
 impl Gmsh<'_> {
-    fn read(&mut self) -> Result<(), Problem> {
+    fn read(&mut self) -> Result<()> {
         while self.section()? {}
         if self.grid.points.is_empty() {
             return Err(Problem::Missing { expected: "a $Nodes section" });
@@ -32,7 +32,7 @@ impl Gmsh<'_> {
     }
 
     /// Reads one section; false at the end of the file.
-    fn section(&mut self) -> Result<bool, Problem> {
+    fn section(&mut self) -> Result<bool> {
         let Some(name) = self.cursor.word() else { return Ok(false) };
         let Some(bare) = name.strip_prefix(b"$") else {
             return Err(Problem::expected("the $Name of a section", name));
@@ -67,7 +67,7 @@ impl Gmsh<'_> {
     }
 
     /// `version file-type data-size`, and in binary a 1 that shows the order of bytes.
-    fn format(&mut self) -> Result<(), Problem> {
+    fn format(&mut self) -> Result<()> {
         let version = self.cursor.text("the version of the format")?;
         self.version = match version {
             "2.2" | "2.1" | "2" => Version::Two,
@@ -86,8 +86,8 @@ impl Gmsh<'_> {
         self.cursor.line();
         if binary == 1 {
             self.binary = match self.cursor.take(4, "the number that shows the order of bytes")? {
-                [1, 0, 0, 0] => Encoding::Binary(Endian::Little),
-                [0, 0, 0, 1] => Encoding::Binary(Endian::Big),
+                [1, 0, 0, 0] => Encoding::Little,
+                [0, 0, 0, 1] => Encoding::Big,
                 other => return Err(Problem::expected("the number 1 in binary", other)),
             };
         }
@@ -95,7 +95,7 @@ impl Gmsh<'_> {
     }
 
     /// Lines of `dimension tag "name"`.
-    fn physical_names(&mut self) -> Result<(), Problem> {
+    fn physical_names(&mut self) -> Result<()> {
         let count: usize = self.cursor.parse("the number of physical names")?;
         for _ in 0..count {
             let dimension = self.cursor.parse("the dimension of a physical group")?;
@@ -107,7 +107,7 @@ impl Gmsh<'_> {
     }
 
     /// A post-processing view: name, three lists of tags, then a tag and numbers per row.
-    fn data(&mut self, of_nodes: bool) -> Result<(), Problem> {
+    fn data(&mut self, of_nodes: bool) -> Result<()> {
         let strings: usize = self.cursor.parse("the number of string tags")?;
         self.cursor.line();
         let mut name = None;
@@ -132,7 +132,7 @@ impl Gmsh<'_> {
         self.rows(of_nodes, name.unwrap_or_else(|| "data".into()), [rows, components])
     }
 
-    fn rows(&mut self, of_nodes: bool, name: String, size: [usize; 2]) -> Result<(), Problem> {
+    fn rows(&mut self, of_nodes: bool, name: String, size: [usize; 2]) -> Result<()> {
         let [rows, components] = size;
         // gmsh knows scalars, vectors and tensors only, which bounds the memory of a view.
         Problem::require_within("the number of components", components as i64, 1..=9)?;
@@ -171,7 +171,7 @@ impl Gmsh<'_> {
 
     /// Nodes of MSH 2.2: rows of a tag and three coordinates; parametric ones with the dimension and the tag of the node's entity, and its one or
     /// two parameters on a curve or surface.
-    fn nodes_2(&mut self, parametric: bool) -> Result<(), Problem> {
+    fn nodes_2(&mut self, parametric: bool) -> Result<()> {
         let count: usize = self.cursor.parse("the number of nodes")?;
         self.cursor.line();
         self.grid.points_at = self.cursor.here();
@@ -191,7 +191,7 @@ impl Gmsh<'_> {
 
     /// Elements of MSH 2.2 with their tags, of which the first is the physical group. An element in several
     /// groups is listed once for each.
-    fn elements_2(&mut self) -> Result<(), Problem> {
+    fn elements_2(&mut self) -> Result<()> {
         let count: usize = self.cursor.parse("the number of elements")?;
         self.cursor.line();
         self.grid.cells_at = self.cursor.here();
@@ -217,7 +217,7 @@ impl Gmsh<'_> {
         Ok(())
     }
 
-    fn row_2(&mut self, tag: Option<i64>, kind: i64, tags: usize) -> Result<(), Problem> {
+    fn row_2(&mut self, tag: Option<i64>, kind: i64, tags: usize) -> Result<()> {
         let (vtk_type, length) = element_type(kind)?;
         let tag = match tag {
             Some(tag) => tag,
@@ -239,7 +239,7 @@ impl Gmsh<'_> {
 
     /// The points, curves, surfaces and volumes of the model with their physical groups; of a mesh in partitions those of each
     /// part.
-    fn entities_4(&mut self, partitioned: bool) -> Result<(), Problem> {
+    fn entities_4(&mut self, partitioned: bool) -> Result<()> {
         if partitioned {
             self.cursor.count(U64, "the number of partitions")?;
             let ghosts = self.cursor.count(U64, "the number of ghost entities")?;
@@ -275,7 +275,7 @@ impl Gmsh<'_> {
     }
 
     /// Nodes of MSH 4.1 in blocks: tags first, then coordinates.
-    fn nodes_4(&mut self) -> Result<(), Problem> {
+    fn nodes_4(&mut self) -> Result<()> {
         let blocks = self.block_count()?;
         self.grid.points_at = self.cursor.here();
         for _ in 0..blocks {
@@ -294,7 +294,7 @@ impl Gmsh<'_> {
     }
 
     /// Elements of MSH 4.1 in blocks of one type on one entity.
-    fn elements_4(&mut self) -> Result<(), Problem> {
+    fn elements_4(&mut self) -> Result<()> {
         let blocks = self.block_count()?;
         self.grid.cells_at = self.cursor.here();
         for _ in 0..blocks {
@@ -318,7 +318,7 @@ impl Gmsh<'_> {
     }
 
     /// The number of blocks; the totals behind it follow from the blocks.
-    fn block_count(&mut self) -> Result<usize, Problem> {
+    fn block_count(&mut self) -> Result<usize> {
         let blocks = self.cursor.count(U64, "the number of blocks")?;
         for what in ["the total count", "the smallest tag", "the largest tag"] {
             self.cursor.count(U64, what)?;

@@ -1,6 +1,6 @@
 //! Content of a gmsh file: nodes, elements and groups by their tags.
 
-use super::cursor::{Cursor, Encoding};
+use super::cursor::{Cursor, Encoding, Result};
 use super::grid::{MixedMesh, cell_type, indices};
 use crate::{Problem, QuadraticTetMesh};
 use std::collections::{BTreeMap, HashMap};
@@ -54,7 +54,7 @@ impl Gmsh<'_> {
     }
 
     /// Adds a node.
-    pub(super) fn node(&mut self, tag: i64, point: [f64; 3]) -> Result<(), Problem> {
+    pub(super) fn node(&mut self, tag: i64, point: [f64; 3]) -> Result<()> {
         let before = self.node_index.insert(tag, self.grid.points.len());
         Problem::unless_used(before, "a node tag that is not used yet", tag)?;
         self.grid.points.push(point);
@@ -62,7 +62,7 @@ impl Gmsh<'_> {
     }
 
     /// Adds an element with the tags of its nodes and returns its index.
-    pub(super) fn element(&mut self, kind: u8, nodes: &[i64]) -> Result<usize, Problem> {
+    pub(super) fn element(&mut self, kind: u8, nodes: &[i64]) -> Result<usize> {
         let index = |tag: &i64| self.node_index.get(tag);
         let mut nodes = indices(nodes, "the tag of a node in $Nodes", index)?;
         if kind == QuadraticTetMesh::ELEMENT.vtk_type {
@@ -85,7 +85,7 @@ const VTK_TYPES: [u8; 20] =
     [0, 3, 5, 9, 10, 12, 13, 14, 21, 22, 28, 24, 29, 0, 0, 1, 23, 25, 26, 27];
 
 /// VTK type and number of nodes of a gmsh element type.
-pub(super) fn element_type(gmsh_type: i64) -> Result<(u8, usize), Problem> {
+pub(super) fn element_type(gmsh_type: i64) -> Result<(u8, usize)> {
     let vtk_type = usize::try_from(gmsh_type).ok().and_then(|index| VTK_TYPES.get(index).copied());
     let found = vtk_type.and_then(|vtk_type| Some((vtk_type, cell_type(vtk_type).2?)));
     found.ok_or_else(|| {

@@ -1,5 +1,6 @@
 //! Content common to all mesh formats: cells of any type with fields and groups.
 
+use super::cursor::Result;
 use crate::geometry::{extents, merged};
 use crate::{Field, MeshError, Place, Problem, SELECTION_TOLERANCE};
 use nalgebra::Vector3;
@@ -165,7 +166,7 @@ pub(super) fn indices<'i>(
     numbers: &[i64],
     expected: &'static str,
     index: impl Fn(&i64) -> Option<&'i usize>,
-) -> Result<Vec<i64>, Problem> {
+) -> Result<Vec<i64>> {
     let unknown = |number: &i64| Problem::expected(expected, number.to_string());
     let of = |number| index(number).map(|&index| index as i64).ok_or_else(|| unknown(number));
     numbers.iter().map(of).collect()

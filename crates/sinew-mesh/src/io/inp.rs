@@ -2,7 +2,7 @@
 //! CalculiX CrunchiX User's Manual). Materials, steps and all other keywords are passed over.
 
 use super::convert::counted;
-use super::cursor::{Cursor, Fault, number};
+use super::cursor::{Cursor, Fault, Result, number};
 use super::grid::{MixedMesh, indices};
 use super::inp_elements::{Kind, kind};
 use super::inp_lines::{Block, Name, blocks, fields, real};
@@ -58,7 +58,7 @@ pub(super) struct Model {
     pub owners: OnceCell<HashMap<FacetKey, usize>>,
 }
 
-fn read(blocks: &[Block<'_>], bytes: usize) -> Result<MixedMesh, Problem> {
+fn read(blocks: &[Block<'_>], bytes: usize) -> Result<MixedMesh> {
     let (nodes, elements) = (Sets::new(bytes), Sets::new(bytes));
     let mut model = Model { nodes, elements, ..Model::default() };
     // Keywords may come in any order, but sets only name what stands further up.
@@ -82,7 +82,7 @@ fn read(blocks: &[Block<'_>], bytes: usize) -> Result<MixedMesh, Problem> {
 }
 
 /// Gives each block its level. There may be one part, and one instance of it.
-fn set_scopes(blocks: &mut [Block<'_>]) -> Result<(), Problem> {
+fn set_scopes(blocks: &mut [Block<'_>]) -> Result<()> {
     let has_assembly = blocks.iter().any(|block| block.keyword == "ASSEMBLY");
     let [mut parts, mut instances] = [0, 0];
     let mut in_part = false;
@@ -113,7 +113,7 @@ fn set_scopes(blocks: &mut [Block<'_>]) -> Result<(), Problem> {
 }
 
 impl Model {
-    fn read_nodes(&mut self, block: &Block<'_>) -> Result<(), Problem> {
+    fn read_nodes(&mut self, block: &Block<'_>) -> Result<()> {
         block.allow(&["NSET", "SYSTEM"])?;
         let system = block.option("SYSTEM").unwrap_or(b"R");
         if !system.eq_ignore_ascii_case(b"R") {
@@ -131,7 +131,7 @@ impl Model {
     }
 
     /// Leaves out nodes or elements of the assembly itself; the set of them that their keyword makes is empty.
-    fn leave_out(&mut self, block: &Block<'_>, set: &str, what: &str) -> Result<(), Problem> {
+    fn leave_out(&mut self, block: &Block<'_>, set: &str, what: &str) -> Result<()> {
         let sets = if set == "NSET" { &mut self.nodes } else { &mut self.elements };
         if block.len() > 0 {
             self.grid.left_out.push(format!("{} of the assembly", counted(block.len(), what)));
@@ -141,7 +141,7 @@ impl Model {
     }
 
     /// A node's number and its coordinates; those that are left out are zero.
-    fn node(&mut self, line: &[u8]) -> Result<(), Problem> {
+    fn node(&mut self, line: &[u8]) -> Result<()> {
         let mut words = fields(line);
         let id = number(words.next().unwrap_or_default(), "the number of a node")?;
         let mut point = [0.0; 3];
@@ -154,7 +154,7 @@ impl Model {
         Ok(())
     }
 
-    fn read_elements(&mut self, block: &Block<'_>) -> Result<(), Problem> {
+    fn read_elements(&mut self, block: &Block<'_>) -> Result<()> {
         block.allow(&["TYPE", "ELSET"])?;
         let name = block.required("TYPE", "TYPE=… of *ELEMENT")?.shown;
         if block.scope == Scope::Assembly {
@@ -180,7 +180,7 @@ impl Model {
     }
 
     /// An element's number and its nodes, which stand in the order of VTK.
-    fn element(&mut self, name: &str, kind: Kind, record: &[i64]) -> Result<(), Problem> {
+    fn element(&mut self, name: &str, kind: Kind, record: &[i64]) -> Result<()> {
         let (id, nodes) = (record[0], &record[1..]);
         let what = || format!("nodes of element {id}, a {name}");
         Problem::require_count(what, kind.nodes, nodes.len())?;
@@ -194,7 +194,7 @@ impl Model {
     }
 
     /// Moves and turns the nodes as the instance says: a translation, then two points of an axis and an angle \[degrees\].
-    fn place(&mut self, block: &Block<'_>) -> Result<(), Problem> {
+    fn place(&mut self, block: &Block<'_>) -> Result<()> {
         (self.nodes.instance, self.elements.instance) = (block.name("NAME"), block.name("NAME"));
         for (row, line) in block.lines().enumerate() {
             let numbers = fields(line).map(real).collect::<Result<Vec<f64>, _>>()?;
@@ -223,7 +223,7 @@ impl Model {
     }
 
     /// A set of nodes or of elements.
-    fn read_set(&mut self, block: &Block<'_>) -> Result<(), Problem> {
+    fn read_set(&mut self, block: &Block<'_>) -> Result<()> {
         let of_nodes = block.keyword == "NSET";
         block.allow(&["NSET", "ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED"])?;
         let name = match of_nodes {

@@ -1,5 +1,6 @@
 //! Elements of Abaqus and CalculiX: how many nodes they have, and how their faces are numbered.
 
+use super::cursor::Result;
 use super::grid::{CELL_TYPES, cell_type};
 use crate::{Element, Problem};
 
@@ -27,7 +28,7 @@ const OTHERS: [(&[&str], u8, usize); 2] = [
 ];
 
 /// Meaning of a type's name, such as `C3D10H`: family, number of nodes, letters of the variant.
-pub(super) fn kind(name: &str) -> Result<Kind, Problem> {
+pub(super) fn kind(name: &str) -> Result<Kind> {
     let advice = "use C3D4, C3D10 or C3D8 (with any letters behind), or S3, M3D3 and CPS3 for surfaces and plane bodies";
     let unknown = || Problem::unsupported("the element type", name, advice);
     let upper = name.to_uppercase();

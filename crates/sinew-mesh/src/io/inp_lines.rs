@@ -1,6 +1,6 @@
 //! Lines of Abaqus and CalculiX files: keywords with their options, and the data behind them.
 
-use super::cursor::{Cursor, Fault};
+use super::cursor::{Cursor, Fault, Result};
 use super::inp_sets::Scope;
 use crate::Problem;
 use std::cell::Cell;
@@ -48,7 +48,7 @@ pub(super) fn blocks<'a>(
     // Whether the last line was a keyword's that ends with a comma.
     let mut open = false;
     loop {
-        let at = cursor.position();
+        let at = cursor.position;
         let Some(line) = cursor.line() else { return Ok(blocks) };
         if line.is_empty() || line.starts_with(b"**") {
             continue;
@@ -137,12 +137,12 @@ impl<'a> Block<'a> {
     }
 
     /// The name that an option must give.
-    pub(super) fn required(&self, key: &str, expected: &'static str) -> Result<Name, Problem> {
+    pub(super) fn required(&self, key: &str, expected: &'static str) -> Result<Name> {
         self.name(key).ok_or(Problem::Missing { expected })
     }
 
     /// Begins to read the block. Refuses options beside these, which might change what the lines mean.
-    pub(super) fn allow(&self, known: &[&str]) -> Result<(), Problem> {
+    pub(super) fn allow(&self, known: &[&str]) -> Result<()> {
         self.place.set(self.at);
         match self.options.iter().find(|(key, _)| !known.contains(&key.as_str())) {
             None => Ok(()),
@@ -156,7 +156,7 @@ impl<'a> Block<'a> {
 }
 
 /// A real number, as Fortran may write it (`1.5D-3`) too; one that is left out is zero.
-pub(super) fn real(word: &[u8]) -> Result<f64, Problem> {
+pub(super) fn real(word: &[u8]) -> Result<f64> {
     if word.is_empty() {
         return Ok(0.0);
     }

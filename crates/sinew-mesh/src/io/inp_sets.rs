@@ -1,6 +1,6 @@
 //! Sets of nodes and elements in Abaqus and CalculiX files.
 
-use super::cursor::number;
+use super::cursor::{Result, number};
 use super::inp_lines::{Block, Name, fields};
 use crate::Problem;
 use sinew_num::ascending;
@@ -42,7 +42,7 @@ impl Sets {
         block: &Block<'_>,
         option: &str,
         members: impl IntoIterator<Item = usize>,
-    ) -> Result<(), Problem> {
+    ) -> Result<()> {
         block.name(option).map_or(Ok(()), |name| self.add(block.scope, &name, members))
     }
 
@@ -52,7 +52,7 @@ impl Sets {
         scope: Scope,
         name: &Name,
         members: impl IntoIterator<Item = usize>,
-    ) -> Result<(), Problem> {
+    ) -> Result<()> {
         let entry = self.sets.entry((scope, name.key.clone()));
         let (_, set) = entry.or_insert_with(|| (name.shown.clone(), Vec::new()));
         let before = set.len();
@@ -68,7 +68,7 @@ impl Sets {
 
     /// Adds the numbers, ranges and sets that the lines of a block list. Numbers of the assembly's own nodes or elements are left
     /// out.
-    pub(super) fn add_lines(&mut self, name: &Name, block: &Block<'_>) -> Result<(), Problem> {
+    pub(super) fn add_lines(&mut self, name: &Name, block: &Block<'_>) -> Result<()> {
         let of_assembly = block.scope == Scope::Assembly && block.name("INSTANCE").is_none();
         let numbers = !(of_assembly && self.assembly_has_own);
         let is_range = block.option("GENERATE").is_some();
@@ -89,7 +89,7 @@ impl Sets {
     }
 
     /// First, last and step of a range; numbers in it that nothing has are left out.
-    fn range(&self, line: &[u8]) -> Result<Vec<usize>, Problem> {
+    fn range(&self, line: &[u8]) -> Result<Vec<usize>> {
         let mut bounds = [0, 0, 1];
         let words = fields(line).filter(|word| !word.is_empty());
         for (bound, word) in bounds.iter_mut().zip(words) {
@@ -107,7 +107,7 @@ impl Sets {
 
     /// Members, in any order, of a word: the number of a node or element or the name of a set, optionally after the
     /// name of the part's instance.
-    pub(super) fn find(&self, word: &[u8]) -> Result<&[usize], Problem> {
+    pub(super) fn find(&self, word: &[u8]) -> Result<&[usize]> {
         let bare = self.instance.as_ref().and_then(|name| without_instance(word, name));
         let (scopes, bare) = match bare {
             Some(bare) => (&[Scope::Part][..], bare),
@@ -126,7 +126,7 @@ impl Sets {
 
     /// All sets by the names that they get in the mesh. A set of the part whose name the assembly has too is named with its
     /// instance, as the file itself does.
-    pub(super) fn named(self) -> Result<BTreeMap<String, Vec<usize>>, Problem> {
+    pub(super) fn named(self) -> Result<BTreeMap<String, Vec<usize>>> {
         let mut named = BTreeMap::new();
         let of_assembly = self.sets.keys().filter(|key| key.0 == Scope::Assembly);
         let of_assembly: Vec<String> = of_assembly.map(|key| key.1.clone()).collect();

@@ -1,5 +1,6 @@
 //! Surfaces of Abaqus and CalculiX files: faces of elements, or nodes.
 
+use super::cursor::Result;
 use super::grid::MixedMesh;
 use super::inp::Model;
 use super::inp_lines::{Block, fields};
@@ -23,7 +24,7 @@ const OPTIONS: [&str; 8] =
     ["NAME", "TYPE", "INTERNAL", "DEFINITION", "MAX RATIO", "NO OFFSET", "NO THICK", "SCALE THICK"];
 
 impl Model {
-    pub(super) fn read_surface(&mut self, block: &Block<'_>) -> Result<(), Problem> {
+    pub(super) fn read_surface(&mut self, block: &Block<'_>) -> Result<()> {
         block.allow(&OPTIONS)?;
         let name = block.required("NAME", "NAME=… of *SURFACE")?;
         let of_nodes = match block.name("TYPE").map_or("ELEMENT".into(), |kind| kind.key).as_str() {
@@ -53,7 +54,7 @@ impl Model {
     }
 
     /// The grid with all sets and surfaces.
-    pub(super) fn finish(self) -> Result<MixedMesh, Problem> {
+    pub(super) fn finish(self) -> Result<MixedMesh> {
         let Model { mut grid, nodes, elements, kinds, surfaces, .. } = self;
         grid.node_sets = nodes.named()?;
         grid.groups = elements.named()?;
@@ -84,7 +85,7 @@ impl Model {
 
 impl Surface {
     /// Adds a face of an element, or all its faces that no other shares where none is named.
-    fn add(&mut self, model: &Model, cell: usize, face: &str) -> Result<(), Problem> {
+    fn add(&mut self, model: &Model, cell: usize, face: &str) -> Result<()> {
         let kind = model.kinds[cell];
         if let Some(side) = kind.side(face) {
             self.sides.push((cell, side));

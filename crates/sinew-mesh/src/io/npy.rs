@@ -1,6 +1,6 @@
 //! NumPy's npy arrays (NEP 1, "A Simple File Format for NumPy Arrays").
 
-use super::cursor::{Cursor, Encoding, Endian, excerpt};
+use super::cursor::{Cursor, Encoding, Result, excerpt};
 use super::number::NumberType;
 use crate::{FieldValues, MeshError, Problem};
 
@@ -31,12 +31,12 @@ pub struct NpyArray {
 /// ```
 pub fn parse_npy(file: &str, bytes: &[u8]) -> Result<NpyArray, MeshError> {
     let mut cursor = Cursor::new(bytes);
-    cursor.encoding = Encoding::Binary(Endian::Little);
+    cursor.encoding = Encoding::Little;
     let array = read(&mut cursor).map_err(|problem| cursor.fault(problem));
     array.map_err(|fault| MeshError::in_file(file, fault))
 }
 
-fn read(cursor: &mut Cursor<'_>) -> Result<NpyArray, Problem> {
+fn read(cursor: &mut Cursor<'_>) -> Result<NpyArray> {
     let magic = cursor.take(MAGIC.len(), "npy magic bytes")?;
     if magic != MAGIC {
         return Err(Problem::expected("the bytes \\x93NUMPY", magic));
@@ -47,14 +47,14 @@ fn read(cursor: &mut Cursor<'_>) -> Result<NpyArray, Problem> {
     let header = cursor.take(length, "the npy header")?;
     let header = str::from_utf8(header).map_err(|_| Problem::expected("an npy header", header))?;
 
-    let (kind, endian) = number_type(header)?;
+    let (kind, encoding) = number_type(header)?;
     let shape = shape(header)?;
     let fortran = match entry(header, "'fortran_order':")? {
         text if text.starts_with("True") => true,
         text if text.starts_with("False") => false,
         text => return Err(Problem::expected("True or False", text)),
     };
-    cursor.encoding = Encoding::Binary(endian);
+    cursor.encoding = encoding;
     let count = shape.iter().fold(1usize, |product, &length| product.saturating_mul(length));
     let mut values = cursor.numbers(kind, count, "numbers of the array")?;
     if fortran && shape.len() > 1 {
@@ -91,23 +91,23 @@ pub fn to_npy_of(descr: &str, shape: &[usize], content: &[u8]) -> Vec<u8> {
 }
 
 /// Text after a key of the header.
-fn entry<'h>(header: &'h str, key: &'static str) -> Result<&'h str, Problem> {
+fn entry<'h>(header: &'h str, key: &'static str) -> Result<&'h str> {
     let value = header.split_once(key).map(|(_, value)| value.trim_start());
     value.ok_or(Problem::Missing { expected: key })
 }
 
-fn number_type(header: &str) -> Result<(NumberType, Endian), Problem> {
+fn number_type(header: &str) -> Result<(NumberType, Encoding)> {
     let text = entry(header, "'descr':")?;
     let descr = text.strip_prefix('\'').and_then(|t| t.split_once('\'')).map_or(text, |(d, _)| d);
     let kind = NumberType::named(descr.get(1..).unwrap_or_default()).ok_or_else(|| {
         let (value, advice) = (excerpt(descr.as_bytes()), "save the array as float64 or int64");
         Problem::unsupported("npy number type", value, advice)
     })?;
-    let endian = if descr.starts_with('>') { Endian::Big } else { Endian::Little };
-    Ok((kind, endian))
+    let encoding = if descr.starts_with('>') { Encoding::Big } else { Encoding::Little };
+    Ok((kind, encoding))
 }
 
-fn shape(header: &str) -> Result<Vec<usize>, Problem> {
+fn shape(header: &str) -> Result<Vec<usize>> {
     let text = entry(header, "'shape':")?;
     let expected = "a shape such as (3, 4)";
     let inner = text.strip_prefix('(').and_then(|text| text.split_once(')'));

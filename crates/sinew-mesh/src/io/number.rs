@@ -1,6 +1,6 @@
 //! The number types of file formats.
 
-use super::cursor::{Endian, number};
+use super::cursor::{Encoding, Result, number};
 use crate::{FieldValues, Problem};
 
 /// A number type as it is stored in a file.
@@ -51,54 +51,44 @@ impl NumberType {
     /// Words as numbers.
     pub(super) fn parse<'w>(
         self,
-        words: impl Iterator<Item = Result<&'w [u8], Problem>>,
+        words: impl Iterator<Item = Result<&'w [u8]>>,
         expected: &'static str,
-    ) -> Result<FieldValues, Problem> {
-        Ok(match self {
-            NumberType::F32 | NumberType::F64 => {
-                let numbers = words.map(|word| number(word?, expected));
-                FieldValues::Float(numbers.collect::<Result<_, _>>()?)
-            }
-            _ => {
-                let numbers = words.map(|word| number(word?, expected));
-                FieldValues::Integer(numbers.collect::<Result<_, _>>()?)
-            }
-        })
+    ) -> Result<FieldValues> {
+        if matches!(self, NumberType::F32 | NumberType::F64) {
+            let numbers: Result<_> = words.map(|word| number(word?, expected)).collect();
+            return numbers.map(FieldValues::Float);
+        }
+        let numbers: Result<_> = words.map(|word| number(word?, expected)).collect();
+        numbers.map(FieldValues::Integer)
     }
 
     /// Decodes whole numbers; a trailing rest of bytes is left out. `Err` holds the index of
     /// an unsigned number beyond the largest signed one.
-    pub(super) fn decode(self, bytes: &[u8], endian: Endian) -> Result<FieldValues, usize> {
-        /// The numbers as `$wide`, read as `$narrow`.
-        macro_rules! numbers {
-            ($narrow:ty) => {
-                bytes.as_chunks().0.iter().map(|&chunk| match endian {
-                    Endian::Little => <$narrow>::from_le_bytes(chunk),
-                    Endian::Big => <$narrow>::from_be_bytes(chunk),
-                })
-            };
-        }
-        macro_rules! integers {
-            ($narrow:ty) => {
-                FieldValues::Integer(numbers!($narrow).map(i64::from).collect())
-            };
-        }
-        Ok(match self {
-            NumberType::I8 => integers!(i8),
-            NumberType::U8 => integers!(u8),
-            NumberType::I16 => integers!(i16),
-            NumberType::U16 => integers!(u16),
-            NumberType::I32 => integers!(i32),
-            NumberType::U32 => integers!(u32),
-            NumberType::I64 => integers!(i64),
-            NumberType::U64 => {
-                let signed = |(index, n)| i64::try_from(n).map_err(|_| index);
-                FieldValues::Integer(
-                    numbers!(u64).enumerate().map(signed).collect::<Result<_, _>>()?,
-                )
+    pub(super) fn decode(self, bytes: &[u8], encoding: Encoding) -> Result<FieldValues, usize> {
+        use NumberType::*;
+        let size = self.size();
+        let all_bits = bytes.chunks_exact(size).map(|number| {
+            let mut wide = [0; 8];
+            wide[..size].copy_from_slice(number);
+            if encoding == Encoding::Big {
+                wide[..size].reverse();
             }
-            NumberType::F32 => FieldValues::Float(numbers!(f32).map(f64::from).collect()),
-            NumberType::F64 => FieldValues::Float(numbers!(f64).collect()),
+            u64::from_le_bytes(wide)
+        });
+        let unused = 64 - 8 * size;
+        Ok(match self {
+            I8 | I16 | I32 | I64 => {
+                let with_sign = |bits| (bits << unused) as i64 >> unused;
+                FieldValues::Integer(all_bits.map(with_sign).collect())
+            }
+            U8 | U16 | U32 | U64 => {
+                let signed = |(index, bits)| i64::try_from(bits).map_err(|_| index);
+                FieldValues::Integer(all_bits.enumerate().map(signed).collect::<Result<_, _>>()?)
+            }
+            F32 => FieldValues::Float(
+                all_bits.map(|bits| f32::from_bits(bits as u32).into()).collect(),
+            ),
+            F64 => FieldValues::Float(all_bits.map(f64::from_bits).collect()),
         })
     }
 }

@@ -1,7 +1,7 @@
 //! Wavefront OBJ files: `v` points and `f` faces, whose corners may name texture and normal as well (Wavefront
 //! Technologies, "Object Files (.obj)", Appendix B1 of the Advanced Visualizer Manual).
 
-use super::cursor::{Cursor, Fault, number};
+use super::cursor::{Cursor, Fault, Result, number};
 use super::grid::MixedMesh;
 use super::polydata::{Kind, add};
 use crate::Problem;
@@ -24,7 +24,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
     read(&mut cursor).map_err(|problem| cursor.fault(problem))
 }
 
-fn read(cursor: &mut Cursor<'_>) -> Result<MixedMesh, Problem> {
+fn read(cursor: &mut Cursor<'_>) -> Result<MixedMesh> {
     let mut grid = MixedMesh::default();
     let mut group = String::new();
     (grid.points_at, grid.cells_at) = (cursor.here(), cursor.here());
@@ -64,7 +64,7 @@ fn read(cursor: &mut Cursor<'_>) -> Result<MixedMesh, Problem> {
 }
 
 /// The point that a corner such as `7`, `7/1`, `7//2` or `-1/-1/-1` names, from 0; negative ones count from the last.
-fn corner(word: &[u8], points: usize) -> Result<i64, Problem> {
+fn corner(word: &[u8], points: usize) -> Result<i64> {
     let point = word.split(|&byte| byte == b'/').next().unwrap_or_default();
     let value: i64 = number(point, "the number of a point")?;
     let count = points as i64;

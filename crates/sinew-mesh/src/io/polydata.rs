@@ -1,5 +1,6 @@
 //! VTK's surfaces: vertices, lines, polygons and strips, in legacy files (POLYDATA) and in XML (VTP).
 
+use super::cursor::Result;
 use super::grid::MixedMesh;
 use crate::{Place, Problem};
 
@@ -57,7 +58,7 @@ impl PolyData {
     ///
     /// # Errors
     /// Polygons or strips of very many triangles with fields.
-    pub(super) fn fill(self, grid: &mut MixedMesh) -> Result<(), Problem> {
+    pub(super) fn fill(self, grid: &mut MixedMesh) -> Result<()> {
         let cells = self.cell_count();
         if !self.is_surface {
             if let [Some(CellList { ends, nodes, at }), ..] = self.lists {

@@ -1,7 +1,7 @@
 //! STL files: triangles without a common list of points, as text or binary (3D Systems, "StereoLithography Interface
 //! Specification", 1989; binary files are little endian).
 
-use super::cursor::{Cursor, Fault, without_mark};
+use super::cursor::{Cursor, Fault, Result, without_mark};
 use super::grid::MixedMesh;
 use crate::{Place, Problem};
 use std::collections::HashMap;
@@ -42,7 +42,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
     Ok(triangles.grid)
 }
 
-fn binary(bytes: &[u8], triangles: &mut Triangles) -> Result<(), Problem> {
+fn binary(bytes: &[u8], triangles: &mut Triangles) -> Result<()> {
     let count = declared(bytes).unwrap_or(0);
     let body = bytes.get(HEAD..).unwrap_or_default();
     Problem::require_bytes("triangles", count as u128 * TRIANGLE as u128, body.len())?;
@@ -59,7 +59,7 @@ fn binary(bytes: &[u8], triangles: &mut Triangles) -> Result<(), Problem> {
     Ok(())
 }
 
-fn text(cursor: &mut Cursor<'_>, triangles: &mut Triangles) -> Result<(), Problem> {
+fn text(cursor: &mut Cursor<'_>, triangles: &mut Triangles) -> Result<()> {
     let (mut solids, mut name) = (0, String::new());
     triangles.grid.points_at = cursor.here();
     triangles.grid.cells_at = cursor.here();

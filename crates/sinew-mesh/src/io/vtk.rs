@@ -2,7 +2,7 @@
 //! their number, 5.1 has OFFSETS and CONNECTIVITY (VTK User's Guide, "VTK File Formats", and
 //! "VTK XML/legacy file formats 5.1" of the VTK documentation).
 
-use super::cursor::{Cursor, Encoding, Endian, Fault, number};
+use super::cursor::{Cursor, Encoding, Fault, Result, number};
 use super::grid::MixedMesh;
 use super::number::NumberType;
 use super::polydata::{CellList, Kind, PolyData};
@@ -31,7 +31,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn read(&mut self) -> Result<(), Problem> {
+    fn read(&mut self) -> Result<()> {
         self.header()?;
         while self.section()? {}
         std::mem::take(&mut self.cells).fill(&mut self.grid)?;
@@ -42,7 +42,7 @@ impl Reader<'_> {
         Problem::require_count(|| "CELL_TYPES".into(), expected, found)
     }
 
-    fn header(&mut self) -> Result<(), Problem> {
+    fn header(&mut self) -> Result<()> {
         let version = self.cursor.text_line("# vtk DataFile Version x.y")?;
         let number = version.rsplit(' ').next().and_then(|v| v.split('.').next()?.parse().ok());
         let wrong = || Problem::expected("# vtk DataFile Version x.y", version);
@@ -52,7 +52,7 @@ impl Reader<'_> {
         let encoding = match encoding.to_ascii_uppercase().as_str() {
             "ASCII" => Encoding::Text,
             // Legacy VTK is big endian on every machine.
-            "BINARY" => Encoding::Binary(Endian::Big),
+            "BINARY" => Encoding::Big,
             _ => return Err(Problem::expected("ASCII or BINARY", encoding)),
         };
         self.cursor.keyword("DATASET")?;
@@ -70,7 +70,7 @@ impl Reader<'_> {
     }
 
     /// Reads one section; false at the end of the file.
-    fn section(&mut self) -> Result<bool, Problem> {
+    fn section(&mut self) -> Result<bool> {
         let Some(word) = self.cursor.word() else { return Ok(false) };
         match word.to_ascii_uppercase().as_slice() {
             b"POINTS" => self.points()?,
@@ -100,14 +100,14 @@ impl Reader<'_> {
     }
 
     /// Requires the declared number of rows of POINT_DATA or CELL_DATA to be the true one.
-    fn attributes(&mut self, section: &'static str, expected: usize) -> Result<(), Problem> {
+    fn attributes(&mut self, section: &'static str, expected: usize) -> Result<()> {
         let found = self.cursor.parse("the number of rows")?;
         Problem::require_count(|| format!("rows of {section}"), expected, found)?;
         self.attributes_of = Some((section, expected));
         Ok(())
     }
 
-    fn points(&mut self) -> Result<(), Problem> {
+    fn points(&mut self) -> Result<()> {
         let count: usize = self.cursor.parse("the number of points")?;
         let kind = number_type(self.cursor.text("a number type")?)?;
         // Here and below: binary numbers begin directly behind the line break.
@@ -119,7 +119,7 @@ impl Reader<'_> {
     }
 
     /// `CELLS n size`, then each cell as its number of nodes and the nodes.
-    fn cells_with_counts(&mut self) -> Result<CellList, Problem> {
+    fn cells_with_counts(&mut self) -> Result<CellList> {
         let count: usize = self.cursor.parse("the number of cells")?;
         let size: usize = self.cursor.parse("the size of the cell list")?;
         self.cursor.line();
@@ -143,7 +143,7 @@ impl Reader<'_> {
     }
 
     /// `CELLS n m`, then arrays of `n` offsets and `m` nodes.
-    fn cells_with_offsets(&mut self) -> Result<CellList, Problem> {
+    fn cells_with_offsets(&mut self) -> Result<CellList> {
         let offsets: usize = self.cursor.parse("the number of offsets")?;
         let nodes: usize = self.cursor.parse("the length of the connectivity")?;
         self.cursor.keyword("OFFSETS")?;
@@ -159,7 +159,7 @@ impl Reader<'_> {
         Ok(CellList { ends, nodes, at })
     }
 
-    fn cell_types(&mut self) -> Result<(), Problem> {
+    fn cell_types(&mut self) -> Result<()> {
         let count: usize = self.cursor.parse("the number of cell types")?;
         self.cursor.line();
         let types = self.cursor.integers(NumberType::I32, count, "cell types")?;
@@ -169,7 +169,7 @@ impl Reader<'_> {
     }
 
     /// SCALARS, VECTORS and their like.
-    fn attribute(&mut self, keyword: &[u8], mut components: usize) -> Result<(), Problem> {
+    fn attribute(&mut self, keyword: &[u8], mut components: usize) -> Result<()> {
         let name = decoded(self.cursor.text("the name of the attribute")?);
         if matches!(keyword, b"COLOR_SCALARS" | b"TEXTURE_COORDINATES") {
             components = self.cursor.parse("the number of components")?;
@@ -188,14 +188,14 @@ impl Reader<'_> {
 
     /// The line `LOOKUP_TABLE name` behind SCALARS, which some programs leave out.
     fn lookup_table_name(&mut self) {
-        let before = self.cursor.position();
+        let before = self.cursor.position;
         let line = self.cursor.line().unwrap_or_default();
         if !line.to_ascii_uppercase().starts_with(b"LOOKUP_TABLE") {
-            self.cursor.rewind(before);
+            self.cursor.position = before;
         }
     }
 
-    fn array(&mut self, name: String, components: usize, kind: Values) -> Result<(), Problem> {
+    fn array(&mut self, name: String, components: usize, kind: Values) -> Result<()> {
         let Some((section, rows)) = self.attributes_of else { return Ok(()) };
         let count = rows.saturating_mul(components);
         let values = match self.values(kind, count)? {
@@ -212,7 +212,7 @@ impl Reader<'_> {
 
     /// `FIELD name n`, then `n` arrays. Those outside POINT_DATA and CELL_DATA, such as a
     /// time, describe the whole data set and are left out.
-    fn field_arrays(&mut self) -> Result<(), Problem> {
+    fn field_arrays(&mut self) -> Result<()> {
         self.cursor.text("the name of the field data")?;
         let arrays: usize = self.cursor.parse("the number of arrays")?;
         for _ in 0..arrays {
@@ -238,7 +238,7 @@ impl Reader<'_> {
     }
 
     /// `LOOKUP_TABLE name size`, then `size` colours, which are not part of a mesh.
-    fn lookup_table(&mut self) -> Result<(), Problem> {
+    fn lookup_table(&mut self) -> Result<()> {
         self.cursor.text("the name of the lookup table")?;
         let size: usize = self.cursor.parse("the size of the lookup table")?;
         self.cursor.line();
@@ -249,12 +249,12 @@ impl Reader<'_> {
     fn kind_of_colours(&self) -> NumberType {
         match self.cursor.encoding {
             Encoding::Text => NumberType::F64,
-            Encoding::Binary(_) => NumberType::U8,
+            _ => NumberType::U8,
         }
     }
 
     /// Values of an array; none of text and bits, which are passed over.
-    fn values(&mut self, kind: Values, count: usize) -> Result<Option<FieldValues>, Problem> {
+    fn values(&mut self, kind: Values, count: usize) -> Result<Option<FieldValues>> {
         const WHAT: &str = "values of a field";
         let binary = self.cursor.encoding != Encoding::Text;
         match kind {
@@ -291,7 +291,7 @@ impl Reader<'_> {
         while self.cursor.line().is_some_and(|line| !line.is_empty()) {}
     }
 
-    fn type_of_values(&mut self) -> Result<Values, Problem> {
+    fn type_of_values(&mut self) -> Result<Values> {
         let name = self.cursor.text("a number type")?;
         Ok(match name.to_ascii_lowercase().as_str() {
             "string" | "utf8_string" => Values::Text,
@@ -301,7 +301,7 @@ impl Reader<'_> {
     }
 }
 
-fn number_type(name: &str) -> Result<NumberType, Problem> {
+fn number_type(name: &str) -> Result<NumberType> {
     NumberType::named(&name.to_ascii_lowercase().replace("vtktype", "")).ok_or_else(|| {
         let advice = "save the array with a type from char to double, or without this array";
         Problem::unsupported("number type", name, advice)
@@ -318,7 +318,7 @@ enum Values {
 }
 
 /// Unsigned characters, whose shares of 255 stand in text.
-fn characters(shares: &[f64]) -> Result<FieldValues, Problem> {
+fn characters(shares: &[f64]) -> Result<FieldValues> {
     match shares.iter().find(|share| !(0.0..=1.0).contains(*share)) {
         Some(share) => Err(Problem::expected("a colour from 0 to 1", share.to_string())),
         None => {
@@ -341,7 +341,7 @@ fn attribute_components(keyword: &[u8]) -> Option<usize> {
 }
 
 /// Offsets ascend from 0 to the length of the connectivity.
-pub(crate) fn checked_ends(offsets: &[i64], nodes: usize) -> Result<Vec<usize>, Problem> {
+pub(crate) fn checked_ends(offsets: &[i64], nodes: usize) -> Result<Vec<usize>> {
     let what = "an offset of a cell";
     let most = nodes as i64;
     let (first, last) = (offsets.first().copied(), offsets.last().copied());

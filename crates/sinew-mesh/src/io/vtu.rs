@@ -1,7 +1,7 @@
 //! VTU and VTP files: VTK's XML format for unstructured grids and surfaces with text, inline base64 and appended
 //! (raw or base64) arrays, plain or compressed with zlib (VTK documentation, "VTK XML formats").
 
-use super::cursor::{Cursor, Endian, Fault, number};
+use super::cursor::{Cursor, Encoding, Fault, Result, number};
 use super::grid::MixedMesh;
 use super::number::NumberType;
 use super::polydata::{CellList, Kind, PolyData};
@@ -21,7 +21,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
     let mut parser = Parser {
         xml: Reader::from_reader(head),
         item: head.len(),
-        layout: Layout { endian: Endian::Little, wide_header: false, zlib: false },
+        layout: Layout { encoding: Encoding::Little, wide_header: false, zlib: false },
         appended: None,
         section: Section::Other,
         piece: None,
@@ -45,19 +45,19 @@ struct Appended<'a> {
 }
 
 impl<'a> Appended<'a> {
-    fn find(at: usize, element: &'a [u8]) -> Result<Option<Self>, Problem> {
+    fn find(at: usize, element: &'a [u8]) -> Result<Option<Self>> {
         if element.is_empty() {
             return Ok(None);
         }
         let mut cursor = Cursor::new(element);
         let tag = cursor.skip_past(b">", "the end of the AppendedData tag")?;
         cursor.skip_past(b"_", "the underscore before appended data")?;
-        let start = cursor.position();
+        let start = cursor.position;
         let raw = !tag.windows(6).any(|window| window == b"base64");
         Ok(Some(Appended { raw, data: &element[start..], start: at + start }))
     }
 
-    fn source(self, offset: usize, layout: Layout) -> Result<Source<'a>, Problem> {
+    fn source(self, offset: usize, layout: Layout) -> Result<Source<'a>> {
         let value = i64::try_from(offset).unwrap_or(i64::MAX);
         let bounds = 0..=self.data.len() as i64;
         Problem::require_within("the offset of an appended array", value, bounds)?;
@@ -95,20 +95,20 @@ impl<'a> Parser<'a> {
         self.xml.buffer_position() as usize
     }
 
-    fn read(&mut self, appended: &'a [u8]) -> Result<(), Problem> {
+    fn read(&mut self, appended: &'a [u8]) -> Result<()> {
         self.appended = Appended::find(self.item, appended)?;
         while self.element()? {}
         self.item = self.at();
         self.finish()
     }
 
-    fn event(&mut self) -> Result<Event<'a>, Problem> {
+    fn event(&mut self) -> Result<Event<'a>> {
         let event = self.xml.read_event();
         Ok(event.inspect_err(|_| self.item = self.xml.error_position() as usize)?)
     }
 
     /// Reads up to the next tag; false at the end.
-    fn element(&mut self) -> Result<bool, Problem> {
+    fn element(&mut self) -> Result<bool> {
         self.item = self.at();
         match self.event()? {
             Event::Start(tag) => self.start(&tag, false)?,
@@ -122,7 +122,7 @@ impl<'a> Parser<'a> {
         Ok(true)
     }
 
-    fn start(&mut self, tag: &BytesStart<'a>, empty: bool) -> Result<(), Problem> {
+    fn start(&mut self, tag: &BytesStart<'a>, empty: bool) -> Result<()> {
         match tag.name().as_ref() {
             b"VTKFile" => self.file_header(tag)?,
             b"Piece" => self.piece(tag)?,
@@ -139,7 +139,7 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    fn attribute(&self, tag: &BytesStart<'a>, name: &str) -> Result<Option<String>, Problem> {
+    fn attribute(&self, tag: &BytesStart<'a>, name: &str) -> Result<Option<String>> {
         let found = tag.try_get_attribute(name).map_err(quick_xml::Error::from)?;
         let Some(attribute) = found else { return Ok(None) };
         let decoder = self.xml.decoder();
@@ -147,12 +147,12 @@ impl<'a> Parser<'a> {
         Ok(Some(value.into_owned()))
     }
 
-    fn number(&self, tag: &BytesStart<'a>, name: &'static str) -> Result<Option<usize>, Problem> {
+    fn number(&self, tag: &BytesStart<'a>, name: &'static str) -> Result<Option<usize>> {
         let text = self.attribute(tag, name)?;
         text.map(|text| number(text.trim().as_bytes(), name)).transpose()
     }
 
-    fn file_header(&mut self, tag: &BytesStart<'a>) -> Result<(), Problem> {
+    fn file_header(&mut self, tag: &BytesStart<'a>) -> Result<()> {
         match self.attribute(tag, "type")?.unwrap_or_default() {
             kind if kind == "UnstructuredGrid" => {}
             kind if kind == "PolyData" => self.cells.is_surface = true,
@@ -161,8 +161,8 @@ impl<'a> Parser<'a> {
                 return Err(Problem::unsupported("VTK XML file type", kind, advice));
             }
         }
-        let big = self.attribute(tag, "byte_order")?.is_some_and(|order| order == "BigEndian");
-        self.layout.endian = if big { Endian::Big } else { Endian::Little };
+        let big = self.attribute(tag, "byte_order")?.is_some_and(|order| order == "BigEncoding");
+        self.layout.encoding = if big { Encoding::Big } else { Encoding::Little };
         self.layout.wide_header =
             self.attribute(tag, "header_type")?.is_some_and(|t| t == "UInt64");
         match self.attribute(tag, "compressor")?.unwrap_or_default() {
@@ -176,7 +176,7 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    fn piece(&mut self, tag: &BytesStart<'a>) -> Result<(), Problem> {
+    fn piece(&mut self, tag: &BytesStart<'a>) -> Result<()> {
         if self.piece.is_some() {
             let advice = "merge the pieces into one, for example with \"Merge Blocks\"";
             return Err(Problem::unsupported("number of pieces", "2 or more", advice));
@@ -198,7 +198,7 @@ impl<'a> Parser<'a> {
     }
 
     /// The text of a DataArray without that of the information keys inside it.
-    fn array_text(&mut self) -> Result<Vec<u8>, Problem> {
+    fn array_text(&mut self) -> Result<Vec<u8>> {
         let mut text = Vec::new();
         let mut depth = 0usize;
         loop {
@@ -215,7 +215,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn array(&mut self, tag: &BytesStart<'a>, text: &[u8]) -> Result<(), Problem> {
+    fn array(&mut self, tag: &BytesStart<'a>, text: &[u8]) -> Result<()> {
         let kind_name = self.attribute(tag, "type")?.unwrap_or_default();
         let name = self.attribute(tag, "Name")?.unwrap_or_default();
         let components = self.number(tag, "NumberOfComponents")?.unwrap_or(1);
@@ -270,7 +270,7 @@ impl<'a> Parser<'a> {
     }
 
     /// Adds an array of the section.
-    fn put(&mut self, name: String, field: Field) -> Result<(), Problem> {
+    fn put(&mut self, name: String, field: Field) -> Result<()> {
         match self.section {
             Section::Points => {
                 Problem::require_count(|| "components of points".into(), 3, field.components)?;
@@ -288,7 +288,7 @@ impl<'a> Parser<'a> {
     }
 
     /// A list of cells; `None` when it has none and no arrays.
-    fn list(&mut self, kind: Kind, count: usize) -> Result<Option<CellList>, Problem> {
+    fn list(&mut self, kind: Kind, count: usize) -> Result<Option<CellList>> {
         let arrays = &mut self.lists[kind as usize];
         let (nodes, nodes_at) = arrays.remove("connectivity").unwrap_or_default();
         let Some((offsets, offsets_at)) = arrays.remove("offsets") else {
@@ -302,7 +302,7 @@ impl<'a> Parser<'a> {
         Ok(Some(CellList { ends, nodes, at: Place::at(nodes_at) }))
     }
 
-    fn finish(&mut self) -> Result<(), Problem> {
+    fn finish(&mut self) -> Result<()> {
         let missing = |expected| Problem::Missing { expected };
         let (points, counts) = self.piece.ok_or(missing("a Piece element"))?;
         if self.grid.points.len() != points {

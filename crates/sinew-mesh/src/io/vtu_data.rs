@@ -1,6 +1,6 @@
 //! The bytes of a VTU array: base64 or raw, plain or in zlib blocks.
 
-use super::cursor::{Endian, excerpt};
+use super::cursor::{Encoding, Result, excerpt};
 use super::number::NumberType;
 use crate::{FieldValues, Problem};
 use base64::{Engine, engine::general_purpose::STANDARD};
@@ -14,7 +14,7 @@ const MOST_DEFLATE: usize = 1032;
 /// Properties of all arrays, from the file's header.
 #[derive(Clone, Copy)]
 pub(crate) struct Layout {
-    pub endian: Endian,
+    pub encoding: Encoding,
     /// Sizes have 64 bits instead of 32.
     pub wide_header: bool,
     pub zlib: bool,
@@ -44,7 +44,7 @@ impl<'a> Source<'a> {
     }
 
     /// The next `count` bytes.
-    fn take(&mut self, count: usize, what: &'static str) -> Result<Vec<u8>, Problem> {
+    fn take(&mut self, count: usize, what: &'static str) -> Result<Vec<u8>> {
         let left = self.data.len() - self.position;
         let available = if self.base64 { self.ready.len() + left / 4 * 3 } else { left };
         Problem::require_bytes(what, count as u128, available)?;
@@ -62,7 +62,7 @@ impl<'a> Source<'a> {
 
     /// Decodes four characters. Padding may stand between groups, because some programs
     /// encode the header and the data of an array one after the other.
-    fn decode_group(&mut self, what: &'static str) -> Result<(), Problem> {
+    fn decode_group(&mut self, what: &'static str) -> Result<()> {
         let mut group = [0; 4];
         for slot in &mut group {
             let rest = &self.data[self.position..];
@@ -81,11 +81,11 @@ impl<'a> Source<'a> {
     }
 
     /// `count` sizes of the header.
-    fn sizes(&mut self, count: usize) -> Result<Vec<usize>, Problem> {
+    fn sizes(&mut self, count: usize) -> Result<Vec<usize>> {
         let kind = if self.layout.wide_header { NumberType::U64 } else { NumberType::U32 };
         let what = "sizes in the header of an array";
         let bytes = self.take(count.saturating_mul(kind.size()), what)?;
-        match kind.decode(&bytes, self.layout.endian) {
+        match kind.decode(&bytes, self.layout.encoding) {
             Ok(FieldValues::Integer(sizes)) => {
                 Ok(sizes.iter().map(|&size| size as usize).collect())
             }
@@ -99,10 +99,10 @@ pub(crate) fn read_array(
     source: &mut Source<'_>,
     kind: NumberType,
     expected: Option<usize>,
-) -> Result<FieldValues, Problem> {
+) -> Result<FieldValues> {
     let layout = source.layout;
     if expected == Some(0) {
-        return Ok(kind.decode(&[], layout.endian).unwrap_or(FieldValues::Integer(vec![])));
+        return Ok(kind.decode(&[], layout.encoding).unwrap_or(FieldValues::Integer(vec![])));
     }
     let expected = expected.map(|count| count.saturating_mul(kind.size()));
     let bytes = if layout.zlib {
@@ -113,15 +113,15 @@ pub(crate) fn read_array(
         source.take(size, "numbers of an array")?
     };
     let too_large = |_| Problem::expected("integers below 2^63", "a larger one");
-    kind.decode(&bytes, layout.endian).map_err(too_large)
+    kind.decode(&bytes, layout.encoding).map_err(too_large)
 }
 
-fn check_size(found: usize, expected: Option<usize>) -> Result<(), Problem> {
+fn check_size(found: usize, expected: Option<usize>) -> Result<()> {
     Problem::require_count(|| "bytes of an array".into(), expected.unwrap_or(found), found)
 }
 
 /// Blocks of equal size, the last one shorter unless its size is given as 0.
-fn inflate(source: &mut Source<'_>, expected: Option<usize>) -> Result<Vec<u8>, Problem> {
+fn inflate(source: &mut Source<'_>, expected: Option<usize>) -> Result<Vec<u8>> {
     let head = source.sizes(3)?;
     let (blocks, full, last) = (head[0], head[1], head[2]);
     let compressed = source.sizes(blocks)?;
@@ -149,7 +149,7 @@ fn inflate(source: &mut Source<'_>, expected: Option<usize>) -> Result<Vec<u8>, 
 }
 
 /// The numbers of an array written as text.
-pub(crate) fn ascii(kind: NumberType, text: &[u8]) -> Result<FieldValues, Problem> {
+pub(crate) fn ascii(kind: NumberType, text: &[u8]) -> Result<FieldValues> {
     let words = text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
     kind.parse(words.map(Ok), "a number of the array's type")
 }
