@@ -117,12 +117,8 @@ impl AnyMesh {
     ///
     /// # Errors
     /// As [`Mesh::select`].
-    pub fn select(
-        &mut self,
-        name: &str,
-        selection: &Selection,
-    ) -> Result<Selected, SelectionError> {
-        with_cells!(self, mesh => mesh.select(name, selection))
+    pub fn select(&mut self, name: &str, choice: &Selection) -> Result<Selected, SelectionError> {
+        with_cells!(self, mesh => mesh.select(name, choice))
     }
 
     /// The nodes at which a scalar point field is not zero, see [`Mesh::nodes_where_nonzero`].

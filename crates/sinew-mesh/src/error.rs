@@ -36,13 +36,6 @@ pub struct Place {
     pub line: Option<usize>,
 }
 
-impl Place {
-    /// A place in a file that is not text.
-    pub(crate) fn at(byte: usize) -> Self {
-        Self { byte, line: None }
-    }
-}
-
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.line {

@@ -73,14 +73,12 @@ pub fn box_hexahedra(extent: [f64; 3], cells: [usize; 3]) -> HexMesh {
 fn kuhn_grid<const D: usize, const N: usize>(
     extent: [f64; D],
     cells: [usize; D],
-    axis_orders: &[[usize; D]],
+    orders: &[[usize; D]],
 ) -> Mesh<N> {
     let walk = |order: &[usize; D], stride: [usize; D]| {
         std::array::from_fn(|step| order[..step].iter().map(|&axis| stride[axis]).sum())
     };
-    structured(extent, cells, |stride| {
-        axis_orders.iter().map(|order| walk(order, stride)).collect()
-    })
+    structured(extent, cells, |stride| orders.iter().map(|order| walk(order, stride)).collect())
 }
 
 /// The grid in `D` dimensions; each of its cells is divided alike, into cells of nodes so many steps behind its lowest corner.

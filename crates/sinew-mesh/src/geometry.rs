@@ -9,10 +9,14 @@ pub const SELECTION_TOLERANCE: f64 = 1e-5;
 
 /// Edges of the box around points \[length\]; −∞ without points.
 pub fn extents(points: &[[f64; 3]]) -> [f64; 3] {
-    std::array::from_fn(|axis| {
-        let along = || points.iter().map(|x| x[axis]);
-        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
-    })
+    let [low, high] = bounds(points.iter().map(|&x| x.into()));
+    (high - low).into()
+}
+
+/// Lowest and highest corner of the box around points.
+pub(crate) fn bounds(points: impl IntoIterator<Item = Vector3<f64>>) -> [Vector3<f64>; 2] {
+    let far = Vector3::repeat(f64::INFINITY);
+    points.into_iter().fold([far, -far], |[low, high], x| [low.inf(&x), high.sup(&x)])
 }
 
 /// Direction along which few nodes of a grid lie side by side.

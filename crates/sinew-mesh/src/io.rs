@@ -101,21 +101,19 @@ pub fn parse_mesh<const N: usize>(
 /// triangles.
 fn to_any(mut grid: MixedMesh) -> Result<(AnyMesh, ReadReport), Fault> {
     grid.rename_equal_cells();
-    fn of<const N: usize>(grid: MixedMesh) -> Result<(AnyMesh, ReadReport), Fault>
-    where
-        AnyMesh: From<Mesh<N>>,
-    {
-        convert::to_mesh::<N>(grid).map(|(mesh, report)| (mesh.into(), report))
-    }
     let has = |nodes| grid.types.contains(&Element::with_nodes(nodes).vtk_type);
     // A grid without any of them is refused as one of tetrahedra.
     match [10, 8, 4, 6, 3].into_iter().find(|&nodes| has(nodes)) {
-        Some(10) => of::<10>(grid),
-        Some(8) => of::<8>(grid),
-        Some(6) => of::<6>(grid),
-        Some(3) => of::<3>(grid),
-        _ => of::<4>(grid),
+        Some(10) => convert::to_mesh::<10>(grid).map(any),
+        Some(8) => convert::to_mesh::<8>(grid).map(any),
+        Some(6) => convert::to_mesh::<6>(grid).map(any),
+        Some(3) => convert::to_mesh::<3>(grid).map(any),
+        _ => convert::to_mesh::<4>(grid).map(any),
     }
+}
+
+fn any<M: Into<AnyMesh>>((mesh, report): (M, ReadReport)) -> (AnyMesh, ReadReport) {
+    (mesh.into(), report)
 }
 
 impl MixedMesh {

@@ -169,10 +169,8 @@ impl FieldValues {
     /// The numbers with the given indices, in this order. Panics when one is out of range.
     pub(crate) fn select(&self, indices: impl Iterator<Item = usize>) -> Self {
         match self {
-            FieldValues::Float(values) => FieldValues::Float(indices.map(|i| values[i]).collect()),
-            FieldValues::Integer(values) => {
-                FieldValues::Integer(indices.map(|i| values[i]).collect())
-            }
+            FieldValues::Float(all) => FieldValues::Float(indices.map(|i| all[i]).collect()),
+            FieldValues::Integer(all) => FieldValues::Integer(indices.map(|i| all[i]).collect()),
         }
     }
 }

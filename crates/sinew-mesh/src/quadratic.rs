@@ -122,8 +122,7 @@ fn lifted_sets<const N: usize, const M: usize>(
     mesh: &Mesh<N>,
     raised: &Mesh<M>,
 ) -> BTreeMap<String, Vec<usize>> {
-    let on_boundary =
-        marked(raised.points.len(), &raised.nodes_of_facets(&boundary_facets(raised)));
+    let outside = marked(raised.points.len(), &raised.nodes_of_facets(&boundary_facets(raised)));
     let lift = |(name, set): (&String, &Vec<usize>)| {
         let facets = mesh.facet_sets.get(name).filter(|f| mesh.nodes_of_facets(f) == *set);
         if let Some(facets) = facets {
@@ -134,7 +133,7 @@ fn lifted_sets<const N: usize, const M: usize>(
             let whole = cell[..N].iter().all(|&node| belongs[node]);
             for edge in Mesh::<M>::ELEMENT.edges {
                 let [a, b, middle] = [0, 1, 2].map(|k| cell[edge[k]]);
-                belongs[middle] |= belongs[a] && belongs[b] && (whole || on_boundary[middle]);
+                belongs[middle] |= belongs[a] && belongs[b] && (whole || outside[middle]);
             }
         }
         (name.clone(), (0..belongs.len()).filter(|&node| belongs[node]).collect())

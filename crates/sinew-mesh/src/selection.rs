@@ -199,22 +199,18 @@ impl<const N: usize> Mesh<N> {
     ///
     /// # Errors
     /// A selection without nodes, which says how near the nearest came; lengths, directions and sets that make no sense.
-    pub fn select(
-        &mut self,
-        name: &str,
-        selection: &Selection,
-    ) -> Result<Selected, SelectionError> {
-        let places = Places::new(self, selection)?;
-        let chosen = places.choose(selection)?;
+    pub fn select(&mut self, name: &str, choice: &Selection) -> Result<Selected, SelectionError> {
+        let places = Places::new(self, choice)?;
+        let chosen = places.choose(choice)?;
         let pick = |all: &[bool]| (0..all.len()).filter(|&at| all[at]).collect::<Vec<_>>();
         let facets: Vec<Facet> =
             pick(&chosen.facets).into_iter().map(|at| places.boundary[at]).collect();
-        let nodes = match selection.reads_normals() {
+        let nodes = match choice.reads_normals() {
             true => self.nodes_of_facets(&facets),
             false => pick(&chosen.nodes),
         };
         if nodes.is_empty() {
-            let found = places.explain(selection)?;
+            let found = places.explain(choice)?;
             return Err(SelectionError::Empty { name: name.into(), found });
         }
         let selected = Selected { nodes: nodes.len(), facets: facets.len() };

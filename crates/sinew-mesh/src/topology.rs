@@ -11,7 +11,7 @@ pub fn edges<const N: usize>(mesh: &Mesh<N>) -> Vec<[usize; 2]> {
         for edge in Mesh::<N>::ELEMENT.edges {
             match **edge {
                 [a, b, middle] => {
-                    edges.extend([[cell[a], cell[middle]], [cell[middle], cell[b]]]);
+                    edges.extend([[a, middle], [middle, b]].map(|half| half.map(|node| cell[node])))
                 }
                 _ => edges.push([cell[edge[0]], cell[edge[1]]]),
             }

@@ -1,7 +1,7 @@
 //! A tree of boxes around the triangles of a surface, for rays, distances and crossings; surfaces that pass through themselves.
 
 use crate::TriangleMesh;
-use crate::geometry::merged;
+use crate::geometry::{bounds, merged};
 use nalgebra::Vector3;
 
 type Point = Vector3<f64>;
@@ -47,8 +47,7 @@ impl SurfaceTree {
 
     fn split(&mut self, start: usize, end: usize) -> usize {
         let members = self.order[start..end].iter().flat_map(|&t| &self.corners[t]);
-        let far = Point::repeat(f64::INFINITY);
-        let (low, high) = members.fold((far, -far), |(low, high), x| (low.inf(x), high.sup(x)));
+        let [low, high] = bounds(members.copied());
         let node = self.nodes.len();
         self.nodes.push(Node { low, high, start, end, second: None });
         if end - start > LEAF {
@@ -129,12 +128,11 @@ impl SurfaceTree {
         best
     }
 
-    /// Triangles whose leaf touches the box.
+    /// Triangles whose leaf meets the box.
     fn near(&self, low: Point, high: Point) -> Vec<usize> {
         let mut found = Vec::new();
-        let touches =
-            |node: &Node| (0..3).all(|i| node.low[i] <= high[i] && low[i] <= node.high[i]);
-        self.visit(touches, |t| found.push(t));
+        let meets = |node: &Node| (0..3).all(|i| node.low[i] <= high[i] && low[i] <= node.high[i]);
+        self.visit(meets, |t| found.push(t));
         found
     }
 }
@@ -199,8 +197,7 @@ pub fn self_intersections(surface: &TriangleMesh) -> Vec<[usize; 2]> {
     let mut pairs = Vec::new();
     for cell in 0..surface.cells.len() {
         let corners = surface.corners(cell);
-        let low = corners[0].inf(&corners[1]).inf(&corners[2]);
-        let high = corners[0].sup(&corners[1]).sup(&corners[2]);
+        let [low, high] = bounds(corners);
         for other in tree.near(low, high) {
             if other <= cell {
                 continue;

@@ -61,7 +61,15 @@ impl Biventricle {
         let [x, y, down] = self.reach();
         let body = |x| self.outer(x).min(self.cavity(-1.0, x)).min(self.cavity(1.0, x));
         let mut mesh = implicit_tetrahedra([[x, y, down], [x, y, 0.0]], edge, body);
-        self.name_sides(&mut mesh, edge);
+        let boundary = boundary_facets(&mesh);
+        let near = 1e-6 * edge;
+        let left = |x: [f64; 3]| self.cavity(-1.0, x).abs() < near;
+        let right = |x: [f64; 3]| self.cavity(1.0, x).abs() < near;
+        mesh.name_side(&boundary, "base", |x| x[2] == 0.0);
+        mesh.name_side(&boundary, "endo_left", left);
+        mesh.name_side(&boundary, "endo_right", right);
+        mesh.name_side(&boundary, "endo", |x| left(x) || right(x));
+        mesh.name_side(&boundary, "epi", |x| self.outer(x).abs() < near);
         mesh
     }
 
@@ -103,18 +111,6 @@ impl Biventricle {
         // Smooth maximum: the fold between the two is filled within a wall's thickness.
         let blend = (1.0 - (a - b).abs() / wall).max(0.0);
         a.max(b) + 0.25 * wall * blend * blend
-    }
-
-    fn name_sides(&self, mesh: &mut TetMesh, edge: f64) {
-        let boundary = boundary_facets(mesh);
-        let near = 1e-6 * edge;
-        let left = |x: [f64; 3]| self.cavity(-1.0, x).abs() < near;
-        let right = |x: [f64; 3]| self.cavity(1.0, x).abs() < near;
-        mesh.name_side(&boundary, "base", |x| x[2] == 0.0);
-        mesh.name_side(&boundary, "endo_left", left);
-        mesh.name_side(&boundary, "endo_right", right);
-        mesh.name_side(&boundary, "endo", |x| left(x) || right(x));
-        mesh.name_side(&boundary, "epi", |x| self.outer(x).abs() < near);
     }
 }
 

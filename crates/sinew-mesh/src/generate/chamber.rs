@@ -11,6 +11,7 @@ mod size;
 use super::ventricle::Disk;
 use super::wall::{InSet, Sheet, Wall, between, side};
 use crate::topology::{facet_key, facets};
+use crate::tree::SurfaceTree;
 use crate::{HexMesh, TetMesh, TriangleMesh, min_dihedral_angle};
 use axis::{Axis, Point, Trees};
 pub use error::ChamberError;
@@ -75,7 +76,11 @@ impl Chamber<'_> {
         if let Some(units) = fault::units(self.endocardium, self.epicardium) {
             return Err(units);
         }
-        let trees = Trees::new([self.endocardium, self.epicardium], self.septum);
+        let trees = Trees {
+            endocardium: SurfaceTree::new(self.endocardium),
+            epicardium: SurfaceTree::new(self.epicardium),
+            septum: self.septum.map(SurfaceTree::new),
+        };
         let base = match Axis::new(self.endocardium).base(&trees, &options.trim) {
             Err(none @ ChamberError::NoBase { .. }) => {
                 return Err(fault::of([self.endocardium, self.epicardium], &trees).unwrap_or(none));

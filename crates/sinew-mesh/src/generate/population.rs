@@ -71,60 +71,59 @@ enum Effect {
     Thickness,
 }
 
-/// An effect, with its eigenfunction where it has one.
+/// An effect, with its eigenfunction where it has one: `J_m(k r)` times `cos m φ`, or `sin m φ`.
 #[derive(Clone, Copy, Debug)]
-struct Mode(Effect, Wave);
-
-/// `J_m(k r)` times `cos m φ` (0) or `sin m φ` (1).
-#[derive(Clone, Copy, Debug)]
-struct Wave(i32, f64, i32);
+struct Mode {
+    effect: Effect,
+    m: usize,
+    k: f64,
+    of_sine: bool,
+}
 
 /// Root mean square displacement of the nodes by the first modes \[mm\]; the others fall by a constant factor.
 const SPECTRUM: [f64; 10] = [3.1, 2.0, 1.5, 1.25, 1.1, 0.8, 0.7, 0.6, 0.5, 0.5];
 const FALL: f64 = 0.93;
 
-/// Zeros of the derivatives of Bessel functions, `k` of `J_m(k r)` without slope at r = 1.
-const K02: f64 = 3.831705970207512;
-const K03: f64 = 7.015586669815619;
-const K11: f64 = 1.841183781340659;
-const K12: f64 = 5.331442773525033;
-const K13: f64 = 8.536316366346286;
-const K21: f64 = 3.05423692822714;
-const K22: f64 = 6.706133194158459;
-const K31: f64 = 4.201188941210528;
-const K32: f64 = 8.015236598375951;
-const K41: f64 = 5.317553126083994;
+/// Zeros of the derivatives of Bessel functions, row by row `k` of `J_m(k r)` without slope at r = 1.
+const ZEROS: [&[f64]; 5] = [
+    &[0.0, 3.831705970207512, 7.015586669815619],
+    &[1.841183781340659, 5.331442773525033, 8.536316366346286],
+    &[3.05423692822714, 6.706133194158459],
+    &[4.201188941210528, 8.015236598375951],
+    &[5.317553126083994],
+];
 
-/// Effects with m and k. Where m is not zero they are two modes, of the cosine and the sine.
-const EFFECTS: [(Effect, i32, f64); 20] = {
+/// Effects with m and the place of k among its zeros. Where m is not zero they are two modes, of the cosine and the sine.
+const EFFECTS: [(Effect, usize, usize); 20] = {
     use Effect::{Bulge, Length, Size, Skew, Thickness};
     [
-        (Size, 0, 0.0),
-        (Length, 0, 0.0),
-        (Thickness, 0, 0.0),
-        (Bulge, 2, K21),
-        (Skew, 1, 0.0),
-        (Bulge, 0, K02),
-        (Thickness, 1, K11),
-        (Thickness, 0, K02),
-        (Bulge, 1, K12),
-        (Bulge, 3, K31),
-        (Thickness, 2, K21),
-        (Bulge, 2, K22),
-        (Bulge, 0, K03),
-        (Thickness, 1, K12),
-        (Bulge, 4, K41),
-        (Thickness, 3, K31),
-        (Thickness, 0, K03),
-        (Thickness, 2, K22),
-        (Bulge, 1, K13),
-        (Bulge, 3, K32),
+        (Size, 0, 0),
+        (Length, 0, 0),
+        (Thickness, 0, 0),
+        (Bulge, 2, 0),
+        (Skew, 1, 0),
+        (Bulge, 0, 1),
+        (Thickness, 1, 0),
+        (Thickness, 0, 1),
+        (Bulge, 1, 1),
+        (Bulge, 3, 0),
+        (Thickness, 2, 0),
+        (Bulge, 2, 1),
+        (Bulge, 0, 2),
+        (Thickness, 1, 1),
+        (Bulge, 4, 0),
+        (Thickness, 3, 0),
+        (Thickness, 0, 2),
+        (Thickness, 2, 1),
+        (Bulge, 1, 2),
+        (Bulge, 3, 1),
     ]
 };
 
 static MODES: LazyLock<Vec<Mode>> = LazyLock::new(|| {
-    let both = |(effect, m, k): (Effect, i32, f64)| {
-        (0..=m.min(1)).map(move |which| Mode(effect, Wave(m, k, which)))
+    let both = |(effect, m, zero): (Effect, usize, usize)| {
+        let waves = [false, true].into_iter().take(1 + m.min(1));
+        waves.map(move |of_sine| Mode { effect, m, k: ZEROS[m][zero], of_sine })
     };
     EFFECTS.into_iter().flat_map(both).take(VentricleShape::NUMBERS).collect()
 });
@@ -274,21 +273,20 @@ impl Mode {
     /// Displacement of a point, not normalised.
     fn moves(self, point: &Point) -> Vector3<f64> {
         let &Point { mean, outward, depth, .. } = point;
-        let Self(effect, wave) = self;
-        match effect {
+        match self.effect {
             Effect::Size => mean,
             Effect::Length => Vector3::ith(2, mean.z),
-            Effect::Skew => Vector3::ith(wave.2 as usize, (mean.z / MEAN.long[1]).powi(2)),
-            Effect::Bulge => outward * wave.at(point),
-            Effect::Thickness => outward * ((2.0 * depth - 1.0) * wave.at(point)),
+            Effect::Skew => {
+                Vector3::ith(usize::from(self.of_sine), (mean.z / MEAN.long[1]).powi(2))
+            }
+            Effect::Bulge => outward * self.wave(point),
+            Effect::Thickness => outward * ((2.0 * depth - 1.0) * self.wave(point)),
         }
     }
-}
 
-impl Wave {
-    fn at(self, &Point { r, angle, .. }: &Point) -> f64 {
-        let Self(m, k, which) = self;
-        let turn = f64::from(m) * angle;
-        libm::jn(m, k * r) * if which == 0 { turn.cos() } else { turn.sin() }
+    fn wave(self, &Point { r, angle, .. }: &Point) -> f64 {
+        let turn = self.m as f64 * angle;
+        let around = if self.of_sine { turn.sin() } else { turn.cos() };
+        libm::jn(self.m as i32, self.k * r) * around
     }
 }

@@ -151,7 +151,7 @@ fn vector(cursor: &mut Cursor<'_>, what: &'static str) -> Result<[f64; 3]> {
 /// Indices of nodes that there are.
 fn nodes(cursor: &mut Cursor<'_>, count: usize, of: usize) -> Result<Vec<i64>> {
     let (nodes, most) = (cursor.integers(I64, count, "a node")?, of as i64 - 1);
-    nodes.iter().try_for_each(|&node| Problem::require_within("a node", node, 0..=most))?;
+    nodes.iter().try_for_each(|&node| Problem::require_within("a node", node, [0, most]))?;
     Ok(nodes)
 }
 

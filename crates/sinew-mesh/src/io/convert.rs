@@ -119,7 +119,7 @@ fn check_nodes(grid: &MixedMesh, cell: usize, number: Option<usize>) -> Result<(
     let Some(expected) = number else {
         return Ok(nodes.chunks(1).try_for_each(|node| check_cell(cell, node, total))?);
     };
-    let what = || format!("nodes of cell {cell}, a {}", cell_type(grid.types[cell]).0);
+    let what = format_args!("nodes of cell {cell}, a {}", cell_type(grid.types[cell]).0);
     Problem::require_count(what, expected, nodes.len())?;
     Ok(check_cell(cell, nodes, total)?)
 }

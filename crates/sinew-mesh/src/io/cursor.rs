@@ -2,12 +2,15 @@
 
 use super::number::NumberType;
 use crate::{FieldValues, MeshError, Place, Problem};
-use std::ops::RangeInclusive;
+use std::fmt::Display;
 use std::path::Path;
 use std::str::FromStr;
 
 /// Place and reason of a file that cannot be read.
 pub(crate) type Fault = (Place, Problem);
+
+/// A piece of a message.
+pub(super) type What = &'static str;
 
 /// What a reader returns.
 pub(super) type Result<T, E = Problem> = std::result::Result<T, E>;
@@ -63,58 +66,46 @@ pub(crate) fn excerpt(text: &[u8]) -> String {
 
 impl Problem {
     /// Text found in the place of something else.
-    pub(super) fn expected(expected: &'static str, found: impl AsRef<[u8]>) -> Self {
+    pub(super) fn expected(expected: What, found: impl AsRef<[u8]>) -> Self {
         Problem::Expected { expected, found: excerpt(found.as_ref()) }
     }
 
     /// Refuses a number or name that stood in the file before.
-    pub(super) fn unless_used<T>(
-        before: Option<T>,
-        expected: &'static str,
-        found: impl ToString,
-    ) -> Result<()> {
-        before.map_or(Ok(()), |_| Err(Self::expected(expected, found.to_string())))
+    pub(super) fn unless_used(used: bool, expected: What, found: impl ToString) -> Result<()> {
+        if used { Err(Self::expected(expected, found.to_string())) } else { Ok(()) }
     }
 
     /// Requires bytes that a declared count needs.
-    pub(super) fn require_bytes(what: &'static str, needed: u128, available: usize) -> Result<()> {
+    pub(super) fn require_bytes(what: What, needed: u128, available: usize) -> Result<()> {
         let enough = needed <= available as u128;
         enough.then_some(()).ok_or(Problem::CutOff { what, needed, available })
     }
 
-    /// Requires an integer within bounds.
-    pub(super) fn require_within(
-        what: &'static str,
-        value: i64,
-        bounds: RangeInclusive<i64>,
-    ) -> Result<()> {
-        let (&least, &most) = (bounds.start(), bounds.end());
-        let inside = bounds.contains(&value);
+    /// Requires an integer within bounds, least and most.
+    pub(super) fn require_within(what: What, value: i64, bounds: [i64; 2]) -> Result<()> {
+        let [least, most] = bounds;
+        let inside = (least..=most).contains(&value);
         inside.then_some(()).ok_or(Problem::Range { what, value, least, most })
     }
 
     /// Requires a count to be what another one says.
-    pub(super) fn require_count(
-        what: impl FnOnce() -> String,
-        expected: usize,
-        found: usize,
-    ) -> Result<()> {
+    pub(super) fn require_count(what: impl Display, expected: usize, found: usize) -> Result<()> {
         let equal = expected == found;
-        equal.then_some(()).ok_or_else(|| Problem::Count { what: what(), expected, found })
+        equal.then_some(()).ok_or_else(|| Problem::Count {
+            what: what.to_string(),
+            expected,
+            found,
+        })
     }
 
     /// Content of a kind that cannot be read, and the advice what to do.
-    pub(super) fn unsupported(
-        what: &'static str,
-        value: impl Into<String>,
-        advice: &'static str,
-    ) -> Self {
+    pub(super) fn unsupported(what: What, value: impl Into<String>, advice: What) -> Self {
         Problem::Unsupported { what, value: value.into(), advice }
     }
 }
 
 /// A word as a number.
-pub(super) fn number<T: FromStr>(word: &[u8], expected: &'static str) -> Result<T> {
+pub(super) fn number<T: FromStr>(word: &[u8], expected: What) -> Result<T> {
     let number = str::from_utf8(word).ok().and_then(|text| text.parse().ok());
     number.ok_or_else(|| Problem::expected(expected, word))
 }
@@ -164,7 +155,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The rest of the line as text.
-    pub(super) fn text_line(&mut self, expected: &'static str) -> Result<&'a str> {
+    pub(super) fn text_line(&mut self, expected: What) -> Result<&'a str> {
         let line = self.line().ok_or(Problem::Missing { expected })?;
         str::from_utf8(line).map_err(|_| Problem::expected(expected, line))
     }
@@ -180,13 +171,13 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next word as text.
-    pub(super) fn text(&mut self, expected: &'static str) -> Result<&'a str> {
+    pub(super) fn text(&mut self, expected: What) -> Result<&'a str> {
         let word = self.word().ok_or(Problem::Missing { expected })?;
         str::from_utf8(word).map_err(|_| Problem::expected(expected, word))
     }
 
     /// The next word as a number, whatever the encoding.
-    pub(super) fn parse<T: FromStr>(&mut self, expected: &'static str) -> Result<T> {
+    pub(super) fn parse<T: FromStr>(&mut self, expected: What) -> Result<T> {
         number(self.word().ok_or(Problem::Missing { expected })?, expected)
     }
 
@@ -198,7 +189,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Reads up to and beyond `end`; what comes before it is returned.
-    pub(super) fn skip_past(&mut self, end: &[u8], expected: &'static str) -> Result<&'a [u8]> {
+    pub(super) fn skip_past(&mut self, end: &[u8], expected: What) -> Result<&'a [u8]> {
         self.item = self.position;
         let rest = self.rest();
         let found = rest.windows(end.len()).position(|window| window == end);
@@ -208,7 +199,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next `count` bytes.
-    pub(super) fn take(&mut self, count: usize, what: &'static str) -> Result<&'a [u8]> {
+    pub(super) fn take(&mut self, count: usize, what: What) -> Result<&'a [u8]> {
         self.item = self.position;
         Problem::require_bytes(what, count as u128, self.rest().len())?;
         let taken = &self.rest()[..count];
@@ -222,7 +213,7 @@ impl<'a> Cursor<'a> {
         &mut self,
         kind: NumberType,
         count: usize,
-        what: &'static str,
+        what: What,
     ) -> Result<FieldValues> {
         let is_text = self.encoding == Encoding::Text;
         // In text a digit and a separator each, which only the last may lack.
@@ -245,7 +236,7 @@ impl<'a> Cursor<'a> {
         &mut self,
         kind: NumberType,
         count: usize,
-        what: &'static str,
+        what: What,
     ) -> Result<Vec<i64>> {
         match self.numbers(kind, count, what)? {
             FieldValues::Integer(values) => Ok(values),
@@ -254,12 +245,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// `count` real numbers in the cursor's encoding; integers are widened.
-    pub(super) fn reals(
-        &mut self,
-        kind: NumberType,
-        count: usize,
-        what: &'static str,
-    ) -> Result<Vec<f64>> {
+    pub(super) fn reals(&mut self, kind: NumberType, count: usize, what: What) -> Result<Vec<f64>> {
         Ok(match self.numbers(kind, count, what)? {
             FieldValues::Float(values) => values,
             FieldValues::Integer(values) => values.into_iter().map(|v| v as f64).collect(),
@@ -267,7 +253,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// One integer in the cursor's encoding.
-    pub(super) fn integer(&mut self, kind: NumberType, what: &'static str) -> Result<i64> {
+    pub(super) fn integer(&mut self, kind: NumberType, what: What) -> Result<i64> {
         if self.encoding == Encoding::Text {
             self.skip_whitespace();
         }
@@ -277,7 +263,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// One integer that counts something.
-    pub(super) fn count(&mut self, kind: NumberType, what: &'static str) -> Result<usize> {
+    pub(super) fn count(&mut self, kind: NumberType, what: What) -> Result<usize> {
         let value = self.integer(kind, what)?;
         let most = i64::MAX;
         usize::try_from(value).map_err(|_| Problem::Range { what, value, least: 0, most })

@@ -2,7 +2,7 @@
 //! the same order.
 
 use super::cursor::{Cursor, Encoding, Fault, Result};
-use super::gmsh_model::{Gmsh, Version, element_type};
+use super::gmsh_model::{Gmsh, element_type};
 use super::grid::{MixedMesh, cell_type};
 use super::number::NumberType::{F64, I32, U64};
 use crate::{Field, FieldValues, Problem};
@@ -37,7 +37,7 @@ impl Gmsh<'_> {
         let Some(bare) = name.strip_prefix(b"$") else {
             return Err(Problem::expected("the $Name of a section", name));
         };
-        if self.version == Version::None && !matches!(bare, b"MeshFormat" | b"Comments") {
+        if self.version == 0 && !matches!(bare, b"MeshFormat" | b"Comments") {
             return Err(Problem::expected("$MeshFormat", name));
         }
         self.cursor.line();
@@ -45,13 +45,13 @@ impl Gmsh<'_> {
         match (bare, self.version) {
             (b"MeshFormat", _) => self.format()?,
             (b"PhysicalNames", _) => self.physical_names()?,
-            (b"Nodes", Version::Two) => self.nodes_2(false)?,
-            (b"ParametricNodes", Version::Two) => self.nodes_2(true)?,
+            (b"Nodes", 2) => self.nodes_2(false)?,
+            (b"ParametricNodes", 2) => self.nodes_2(true)?,
             (b"Nodes", _) => self.nodes_4()?,
-            (b"Elements", Version::Two) => self.elements_2()?,
+            (b"Elements", 2) => self.elements_2()?,
             (b"Elements", _) => self.elements_4()?,
-            (b"Entities", Version::Four) => self.entities_4(false)?,
-            (b"PartitionedEntities", Version::Four) => self.entities_4(true)?,
+            (b"Entities", 4) => self.entities_4(false)?,
+            (b"PartitionedEntities", 4) => self.entities_4(true)?,
             (b"NodeData", _) => self.data(true)?,
             (b"ElementData", _) => self.data(false)?,
             _ => {
@@ -70,8 +70,8 @@ impl Gmsh<'_> {
     fn format(&mut self) -> Result<()> {
         let version = self.cursor.text("the version of the format")?;
         self.version = match version {
-            "2.2" | "2.1" | "2" => Version::Two,
-            "4.1" => Version::Four,
+            "2.2" | "2.1" | "2" => 2,
+            "4.1" => 4,
             _ => {
                 let advice = "convert it with `gmsh -save -format msh41`";
                 return Err(Problem::unsupported("MSH version", version, advice));
@@ -135,7 +135,7 @@ impl Gmsh<'_> {
     fn rows(&mut self, of_nodes: bool, name: String, size: [usize; 2]) -> Result<()> {
         let [rows, components] = size;
         // gmsh knows scalars, vectors and tensors only, which bounds the memory of a view.
-        Problem::require_within("the number of components", components as i64, 1..=9)?;
+        Problem::require_within("the number of components", components as i64, [1, 9])?;
         let total = if of_nodes { self.grid.points.len() } else { self.grid.types.len() };
         let mut values = vec![f64::NAN; total.saturating_mul(components)];
         let mut seen = vec![false; total];
@@ -162,7 +162,7 @@ impl Gmsh<'_> {
             self.grid.left_out.push(what);
             return Ok(());
         }
-        let what = || format!("rows of `{}`", name.escape_debug());
+        let what = format_args!("rows of `{}`", name.escape_debug());
         Problem::require_count(what, expected, found)?;
         let field = Field { components, values: FieldValues::Float(values) };
         self.grid.fields(of_nodes).insert(name, field);
@@ -181,8 +181,7 @@ impl Gmsh<'_> {
             self.node(tag, [point[0], point[1], point[2]])?;
             if parametric {
                 let entity = self.cursor.integers(I32, 2, "dimension and tag of an entity")?;
-                let parameters =
-                    if let dimension @ 1..=2 = entity[0] { dimension as usize } else { 0 };
+                let parameters = if let 1..=2 = entity[0] { entity[0] as usize } else { 0 };
                 self.cursor.reals(F64, parameters, "parameters of a node")?;
             }
         }
@@ -262,7 +261,7 @@ impl Gmsh<'_> {
                 self.cursor.reals(F64, numbers, "the extent of an entity")?;
                 let groups = self.cursor.count(U64, "the number of physical groups")?;
                 let what = "the number of physical groups of an entity";
-                Problem::require_within(what, groups as i64, 0..=MOST_GROUPS)?;
+                Problem::require_within(what, groups as i64, [0, MOST_GROUPS])?;
                 let groups = self.cursor.integers(I32, groups, "tags of physical groups")?;
                 if dimension > 0 {
                     let bounding = self.cursor.count(U64, "the number of bounding entities")?;

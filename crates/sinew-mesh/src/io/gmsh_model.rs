@@ -5,20 +5,12 @@ use super::grid::{MixedMesh, cell_type, indices};
 use crate::{Problem, QuadraticTetMesh};
 use std::collections::{BTreeMap, HashMap};
 
-/// Versions whose sections are read.
-#[derive(Clone, Copy, Default, PartialEq)]
-pub(super) enum Version {
-    #[default]
-    None,
-    Two,
-    Four,
-}
-
 /// Entities read so far.
 #[derive(Default)]
 pub(super) struct Gmsh<'a> {
     pub cursor: Cursor<'a>,
-    pub version: Version,
+    /// Major version of the format, 0 until it is read.
+    pub version: u8,
     /// Encoding of the binary sections, or text.
     pub binary: Encoding,
     pub grid: MixedMesh,
@@ -56,7 +48,7 @@ impl Gmsh<'_> {
     /// Adds a node.
     pub(super) fn node(&mut self, tag: i64, point: [f64; 3]) -> Result<()> {
         let before = self.node_index.insert(tag, self.grid.points.len());
-        Problem::unless_used(before, "a node tag that is not used yet", tag)?;
+        Problem::unless_used(before.is_some(), "a node tag that is not used yet", tag)?;
         self.grid.points.push(point);
         Ok(())
     }

@@ -15,19 +15,7 @@ use std::cell::{Cell, OnceCell};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Keywords that make or move nodes and elements, or bring them from elsewhere.
-const UNREAD: [&str; 11] = [
-    "INCLUDE",
-    "NGEN",
-    "NFILL",
-    "NCOPY",
-    "NMAP",
-    "ELGEN",
-    "ELCOPY",
-    "SYSTEM",
-    "SYMMETRIC MODEL GENERATION",
-    "IMPORT",
-    "PARAMETER",
-];
+const UNREAD: &str = "INCLUDE, NGEN, NFILL, NCOPY, NMAP, ELGEN, ELCOPY, SYSTEM, SYMMETRIC MODEL GENERATION, IMPORT, PARAMETER";
 
 /// Whether a file begins like one: with a keyword or a comment.
 pub(crate) fn looks_like_it(content: &[u8]) -> bool {
@@ -93,7 +81,7 @@ fn set_scopes(blocks: &mut [Block<'_>]) -> Result<()> {
             "END PART" | "END INSTANCE" => in_part = false,
             // A mesh may stand in the instance in place of the part.
             "INSTANCE" => (instances, in_part) = (instances + 1, true),
-            unread if UNREAD.contains(&unread) => {
+            unread if UNREAD.split(", ").any(|keyword| keyword == unread) => {
                 let (what, value) = ("the keyword", format!("*{unread}"));
                 let advice = "write the file with all its nodes and elements in it, as Abaqus/CAE or PrePoMax do";
                 return Err(Problem::unsupported(what, value, advice));
@@ -149,7 +137,7 @@ impl Model {
             *x = real(word)?;
         }
         let before = self.nodes.ids.insert(id, self.grid.points.len());
-        Problem::unless_used(before, "the number of a node that is not used yet", id)?;
+        Problem::unless_used(before.is_some(), "the number of a node that is not used yet", id)?;
         self.grid.points.push(point);
         Ok(())
     }
@@ -182,12 +170,16 @@ impl Model {
     /// An element's number and its nodes, which stand in the order of VTK.
     fn element(&mut self, name: &str, kind: Kind, record: &[i64]) -> Result<()> {
         let (id, nodes) = (record[0], &record[1..]);
-        let what = || format!("nodes of element {id}, a {name}");
+        let what = format_args!("nodes of element {id}, a {name}");
         Problem::require_count(what, kind.nodes, nodes.len())?;
         let nodes =
             indices(nodes, "the number of a node that the file has", |id| self.nodes.ids.get(id))?;
         let before = self.elements.ids.insert(id, self.grid.types.len());
-        Problem::unless_used(before, "the number of an element that is not used yet", id)?;
+        Problem::unless_used(
+            before.is_some(),
+            "the number of an element that is not used yet",
+            id,
+        )?;
         self.grid.push(kind.vtk_type, &nodes);
         self.kinds.push(kind);
         Ok(())

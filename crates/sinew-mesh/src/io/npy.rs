@@ -68,11 +68,8 @@ fn read(cursor: &mut Cursor<'_>) -> Result<NpyArray> {
 /// # Panics
 /// When the number of values is not the product of the shape.
 pub fn to_npy(shape: &[usize], values: &[f64]) -> Vec<u8> {
-    assert_eq!(
-        shape.iter().product::<usize>(),
-        values.len(),
-        "shape {shape:?} must fit the values"
-    );
+    let count: usize = shape.iter().product();
+    assert_eq!(count, values.len(), "shape {shape:?} must fit the values");
     let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
     to_npy_of("<f8", shape, &bytes)
 }

@@ -1,7 +1,7 @@
 //! The number types of file formats.
 
 use super::cursor::{Encoding, Result, number};
-use crate::{FieldValues, Problem};
+use crate::FieldValues;
 
 /// A number type as it is stored in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,7 +67,7 @@ impl NumberType {
     pub(super) fn decode(self, bytes: &[u8], encoding: Encoding) -> Result<FieldValues, usize> {
         use NumberType::*;
         let size = self.size();
-        let all_bits = bytes.chunks_exact(size).map(|number| {
+        let raw = bytes.chunks_exact(size).map(|number| {
             let mut wide = [0; 8];
             wide[..size].copy_from_slice(number);
             if encoding == Encoding::Big {
@@ -79,16 +79,14 @@ impl NumberType {
         Ok(match self {
             I8 | I16 | I32 | I64 => {
                 let with_sign = |bits| (bits << unused) as i64 >> unused;
-                FieldValues::Integer(all_bits.map(with_sign).collect())
+                FieldValues::Integer(raw.map(with_sign).collect())
             }
             U8 | U16 | U32 | U64 => {
                 let signed = |(index, bits)| i64::try_from(bits).map_err(|_| index);
-                FieldValues::Integer(all_bits.enumerate().map(signed).collect::<Result<_, _>>()?)
+                FieldValues::Integer(raw.enumerate().map(signed).collect::<Result<_, _>>()?)
             }
-            F32 => FieldValues::Float(
-                all_bits.map(|bits| f32::from_bits(bits as u32).into()).collect(),
-            ),
-            F64 => FieldValues::Float(all_bits.map(f64::from_bits).collect()),
+            F32 => FieldValues::Float(raw.map(|bits| f32::from_bits(bits as u32).into()).collect()),
+            F64 => FieldValues::Float(raw.map(f64::from_bits).collect()),
         })
     }
 }

@@ -37,7 +37,8 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
         let mut cursor = Cursor::new(bytes);
         text(&mut cursor, &mut triangles).map_err(|problem| cursor.fault(problem))?;
     } else {
-        binary(bytes, &mut triangles).map_err(|problem| (Place::at(COUNT), problem))?;
+        let place = Place { byte: COUNT, line: None };
+        binary(bytes, &mut triangles).map_err(|problem| (place, problem))?;
     }
     Ok(triangles.grid)
 }
@@ -51,8 +52,7 @@ fn binary(bytes: &[u8], triangles: &mut Triangles) -> Result<()> {
     for triangle in body.chunks_exact(TRIANGLE).take(count) {
         // Behind the normal, which follows from the corners.
         let mut numbers = triangle[12..48].as_chunks().0.iter();
-        let mut number =
-            || numbers.next().map_or(0.0, |&bytes| f64::from(f32::from_le_bytes(bytes)));
+        let mut number = || numbers.next().map_or(0.0, |&bytes| f32::from_le_bytes(bytes).into());
         let corners = std::array::from_fn(|_| std::array::from_fn(|_| number()));
         triangles.push(corners);
     }

@@ -39,7 +39,7 @@ impl Reader<'_> {
             return Err(Problem::Missing { expected: "a POINTS section" });
         }
         let (expected, found) = (self.grid.ends.len(), self.grid.types.len());
-        Problem::require_count(|| "CELL_TYPES".into(), expected, found)
+        Problem::require_count("CELL_TYPES", expected, found)
     }
 
     fn header(&mut self) -> Result<()> {
@@ -83,11 +83,14 @@ impl Reader<'_> {
             keyword => {
                 let kind = Kind::of_keyword(keyword, self.cells.is_surface);
                 match (kind, self.attributes_of) {
-                    (Some(kind), _) if self.major >= 5 => {
-                        self.cells.lists[kind as usize] = Some(self.cells_with_offsets()?);
-                    }
                     (Some(kind), _) => {
-                        self.cells.lists[kind as usize] = Some(self.cells_with_counts()?);
+                        let has_offsets = self.major >= 5;
+                        let list = if has_offsets {
+                            self.cells_with_offsets()?
+                        } else {
+                            self.cells_with_counts()?
+                        };
+                        self.cells.lists[kind as usize] = Some(list);
                     }
                     (_, Some(_)) if let Some(components) = attribute_components(keyword) => {
                         self.attribute(keyword, components)?;
@@ -102,7 +105,7 @@ impl Reader<'_> {
     /// Requires the declared number of rows of POINT_DATA or CELL_DATA to be the true one.
     fn attributes(&mut self, section: &'static str, expected: usize) -> Result<()> {
         let found = self.cursor.parse("the number of rows")?;
-        Problem::require_count(|| format!("rows of {section}"), expected, found)?;
+        Problem::require_count(format_args!("rows of {section}"), expected, found)?;
         self.attributes_of = Some((section, expected));
         Ok(())
     }
@@ -138,7 +141,7 @@ impl Reader<'_> {
             ends.push(nodes.len());
             rest = &tail[cell.len()..];
         }
-        Problem::require_count(|| "cells in the cell list".into(), count, ends.len())?;
+        Problem::require_count("cells in the cell list", count, ends.len())?;
         Ok(CellList { ends, nodes, at })
     }
 
@@ -181,18 +184,14 @@ impl Reader<'_> {
             if !on_line.is_empty() {
                 components = number(on_line, "the number of components")?;
             }
-            self.lookup_table_name();
+            // A line `LOOKUP_TABLE name` follows, which some programs leave out.
+            let before = self.cursor.position;
+            let line = self.cursor.line().unwrap_or_default();
+            if !line.to_ascii_uppercase().starts_with(b"LOOKUP_TABLE") {
+                self.cursor.position = before;
+            }
         }
         self.array(name, components, kind)
-    }
-
-    /// The line `LOOKUP_TABLE name` behind SCALARS, which some programs leave out.
-    fn lookup_table_name(&mut self) {
-        let before = self.cursor.position;
-        let line = self.cursor.line().unwrap_or_default();
-        if !line.to_ascii_uppercase().starts_with(b"LOOKUP_TABLE") {
-            self.cursor.position = before;
-        }
     }
 
     fn array(&mut self, name: String, components: usize, kind: Values) -> Result<()> {
@@ -230,7 +229,7 @@ impl Reader<'_> {
                 self.values(kind, rows.saturating_mul(components))?;
                 continue;
             };
-            let what = || format!("rows of array `{}`", name.escape_debug());
+            let what = format_args!("rows of array `{}`", name.escape_debug());
             Problem::require_count(what, expected, rows)?;
             self.array(name, components, kind)?;
         }

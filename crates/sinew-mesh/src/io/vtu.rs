@@ -30,7 +30,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
         lists: Default::default(),
     };
     parser.xml.config_mut().check_end_names = false;
-    parser.read(appended).map_err(|problem| (Place::at(parser.item), problem))?;
+    parser.read(appended).map_err(|problem| (Place { byte: parser.item, line: None }, problem))?;
     Ok(parser.grid)
 }
 
@@ -59,7 +59,7 @@ impl<'a> Appended<'a> {
 
     fn source(self, offset: usize, layout: Layout) -> Result<Source<'a>> {
         let value = i64::try_from(offset).unwrap_or(i64::MAX);
-        let bounds = 0..=self.data.len() as i64;
+        let bounds = [0, self.data.len() as i64];
         Problem::require_within("the offset of an appended array", value, bounds)?;
         Ok(Source::new(self.start + offset, &self.data[offset..], !self.raw, layout))
     }
@@ -91,14 +91,10 @@ struct Parser<'a> {
 }
 
 impl<'a> Parser<'a> {
-    fn at(&self) -> usize {
-        self.xml.buffer_position() as usize
-    }
-
     fn read(&mut self, appended: &'a [u8]) -> Result<()> {
         self.appended = Appended::find(self.item, appended)?;
         while self.element()? {}
-        self.item = self.at();
+        self.item = self.xml.buffer_position() as usize;
         self.finish()
     }
 
@@ -109,7 +105,7 @@ impl<'a> Parser<'a> {
 
     /// Reads up to the next tag; false at the end.
     fn element(&mut self) -> Result<bool> {
-        self.item = self.at();
+        self.item = self.xml.buffer_position() as usize;
         match self.event()? {
             Event::Start(tag) => self.start(&tag, false)?,
             Event::Empty(tag) => self.start(&tag, true)?,
@@ -163,8 +159,7 @@ impl<'a> Parser<'a> {
         }
         let big = self.attribute(tag, "byte_order")?.is_some_and(|order| order == "BigEncoding");
         self.layout.encoding = if big { Encoding::Big } else { Encoding::Little };
-        self.layout.wide_header =
-            self.attribute(tag, "header_type")?.is_some_and(|t| t == "UInt64");
+        self.layout.wide_header = self.attribute(tag, "header_type")?.as_deref() == Some("UInt64");
         match self.attribute(tag, "compressor")?.unwrap_or_default() {
             none if none.is_empty() => {}
             zlib if zlib == "vtkZLibDataCompressor" => self.layout.zlib = true,
@@ -250,9 +245,7 @@ impl<'a> Parser<'a> {
         let source = match (format.as_str(), offset, self.appended) {
             ("ascii", ..) => None,
             ("binary", ..) => Some(Source::new(self.item, text, true, self.layout)),
-            ("appended", Some(offset), Some(appended)) => {
-                Some(appended.source(offset, self.layout)?)
-            }
+            ("appended", Some(offset), Some(all)) => Some(all.source(offset, self.layout)?),
             ("appended", ..) => {
                 let expected = "an offset and an AppendedData element";
                 return Err(Problem::Missing { expected });
@@ -264,7 +257,7 @@ impl<'a> Parser<'a> {
             Some(mut source) => read_array(&mut source, kind, expected)
                 .inspect_err(|_| self.item = source.place())?,
         };
-        let what = || format!("numbers of array `{}`", name.escape_debug());
+        let what = format_args!("numbers of array `{}`", name.escape_debug());
         Problem::require_count(what, expected.unwrap_or(values.len()), values.len())?;
         self.put(name, Field { components, values })
     }
@@ -273,9 +266,9 @@ impl<'a> Parser<'a> {
     fn put(&mut self, name: String, field: Field) -> Result<()> {
         match self.section {
             Section::Points => {
-                Problem::require_count(|| "components of points".into(), 3, field.components)?;
+                Problem::require_count("components of points", 3, field.components)?;
                 self.grid.points = field.to_vectors().unwrap_or_default();
-                self.grid.points_at = Place::at(self.item);
+                self.grid.points_at = Place { byte: self.item, line: None };
             }
             Section::Cells(kind) => {
                 let other = || Problem::expected("integers with one component", &name);
@@ -299,7 +292,7 @@ impl<'a> Parser<'a> {
         // The end of each cell, behind a 0.
         let ends = checked_ends(&[&[0], offsets.as_slice()].concat(), nodes.len());
         let ends = ends.inspect_err(|_| self.item = offsets_at)?;
-        Ok(Some(CellList { ends, nodes, at: Place::at(nodes_at) }))
+        Ok(Some(CellList { ends, nodes, at: Place { byte: nodes_at, line: None } }))
     }
 
     fn finish(&mut self) -> Result<()> {

@@ -86,9 +86,7 @@ impl<'a> Source<'a> {
         let what = "sizes in the header of an array";
         let bytes = self.take(count.saturating_mul(kind.size()), what)?;
         match kind.decode(&bytes, self.layout.encoding) {
-            Ok(FieldValues::Integer(sizes)) => {
-                Ok(sizes.iter().map(|&size| size as usize).collect())
-            }
+            Ok(FieldValues::Integer(sizes)) => Ok(sizes.iter().map(|&n| n as usize).collect()),
             _ => Err(Problem::Range { what, value: -1, least: 0, most: i64::MAX }),
         }
     }
@@ -117,7 +115,7 @@ pub(crate) fn read_array(
 }
 
 fn check_size(found: usize, expected: Option<usize>) -> Result<()> {
-    Problem::require_count(|| "bytes of an array".into(), expected.unwrap_or(found), found)
+    Problem::require_count("bytes of an array", expected.unwrap_or(found), found)
 }
 
 /// Blocks of equal size, the last one shorter unless its size is given as 0.

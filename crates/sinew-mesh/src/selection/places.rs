@@ -179,10 +179,9 @@ impl<'m, const N: usize> Places<'m, N> {
             Rule::All(parts) => parts.as_slice(),
             _ => std::slice::from_ref(selection),
         };
-        let found =
-            parts.iter().map(|part| self.explain_part(part)).collect::<Result<Vec<_>, _>>()?;
+        let found: Result<Vec<_>, _> = parts.iter().map(|part| self.explain_part(part)).collect();
         let together = if parts.len() > 1 { "; none is in all of them" } else { "" };
-        Ok(format!("{}{together}", found.join(", ")))
+        Ok(format!("{}{together}", found?.join(", ")))
     }
 
     fn explain_part(&self, part: &Selection) -> Result<String, SelectionError> {

@@ -1,6 +1,6 @@
 //! The axis of a ventricle, the plane of its base, and its surfaces as rays meet them.
 
-use super::error::{ChamberError, shown};
+use super::error::{ChamberError, Result, shown};
 use super::size::Trim;
 use crate::TriangleMesh;
 use crate::geometry::merged;
@@ -37,17 +37,6 @@ pub(super) struct Trees {
 }
 
 impl Trees {
-    pub(super) fn new(
-        [endocardium, epicardium]: [&TriangleMesh; 2],
-        septum: Option<&TriangleMesh>,
-    ) -> Self {
-        Self {
-            endocardium: SurfaceTree::new(endocardium),
-            epicardium: SurfaceTree::new(epicardium),
-            septum: septum.map(SurfaceTree::new),
-        }
-    }
-
     /// Way along a ray of unit direction to the nearest outer surface, and whether that is the septum.
     pub(super) fn outside(&self, origin: Point, direction: Point) -> Option<(f64, bool)> {
         let first =
@@ -110,7 +99,7 @@ impl Axis {
     }
 
     /// Finds the base.
-    pub(super) fn base(&self, trees: &Trees, trim: &Trim) -> Result<Base, ChamberError> {
+    pub(super) fn base(&self, trees: &Trees, trim: &Trim) -> Result<Base> {
         match *trim {
             Trim::Plane { point, normal } => {
                 let (point, normal) = (Point::from(point), Point::from(normal));
@@ -139,7 +128,7 @@ impl Axis {
         }
     }
 
-    fn highest(&self, trees: &Trees) -> Result<Base, ChamberError> {
+    fn highest(&self, trees: &Trees) -> Result<Base> {
         let normal = self.rim_normal.unwrap_or(self.up);
         let heights = self.rim.iter().map(|x| (x - self.apex).dot(&normal));
         let mut height = heights.fold(f64::INFINITY, f64::min) - BELOW * self.length;
@@ -182,7 +171,7 @@ pub(super) struct Section {
 
 impl Section {
     /// Rays in the plane from a point in the cavity, moved to the middle of what they meet.
-    pub(super) fn new(trees: &Trees, start: Point, normal: Point) -> Result<Self, ChamberError> {
+    pub(super) fn new(trees: &Trees, start: Point, normal: Point) -> Result<Self> {
         let [across, along] = frame(normal, None);
         let mut centre = start;
         let mut ends = Vec::new();
@@ -218,7 +207,7 @@ impl Section {
 }
 
 /// Point at which a ray from the cavity meets the endocardium.
-pub(super) fn wall(trees: &Trees, origin: Point, direction: Point) -> Result<Point, ChamberError> {
+pub(super) fn wall(trees: &Trees, origin: Point, direction: Point) -> Result<Point> {
     let hits = trees.endocardium.hits(origin, direction);
     let (Some(&first), Some(&last)) = (hits.first(), hits.last()) else {
         let [from, way] = [origin, direction].map(shown);

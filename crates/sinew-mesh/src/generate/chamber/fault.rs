@@ -2,7 +2,7 @@
 
 use super::axis::{Point, Trees, rims};
 use super::error::{ChamberError, shown};
-use crate::geometry::merged;
+use crate::geometry::{bounds, merged};
 use crate::{TriangleMesh, extents};
 use sinew_num::connected_components;
 use std::cmp::Reverse;
@@ -70,7 +70,8 @@ fn places(inner: &TriangleMesh, outer: &TriangleMesh, trees: &Trees) -> Option<C
             "the endocardium and the epicardium are the same surface: no point of one is farther than {distance:.1e} from the other; give two surfaces"
         )));
     }
-    let [[low, high], [least, most]] = [inner, outer].map(bounds);
+    let [[low, high], [least, most]] =
+        [inner, outer].map(|of| bounds(of.points.iter().map(|&x| x.into())));
     let middle = points.iter().sum::<Point>() / points.len() as f64;
     let in_box = |x: &Point| (0..3).all(|i| (least[i]..=most[i]).contains(&x[i]));
     // Seen from the middle of the cavity.
@@ -95,13 +96,6 @@ fn places(inner: &TriangleMesh, outer: &TriangleMesh, trees: &Trees) -> Option<C
     Some(ChamberError::Surfaces(format!(
         "{count} of {of} points of the endocardium lie outside of the epicardium, and the middles of the two are {shift:.3} apart; give both in one frame of coordinates"
     )))
-}
-
-/// Lowest and highest corner of the box around a surface.
-fn bounds(surface: &TriangleMesh) -> [Point; 2] {
-    let points = || surface.points.iter().map(|&x| Point::from(x));
-    let [low, high] = [f64::INFINITY, f64::NEG_INFINITY].map(Point::repeat);
-    [points().fold(low, |low, x| low.inf(&x)), points().fold(high, |high, x| high.sup(&x))]
 }
 
 /// Several pieces without a common point.

@@ -1,7 +1,7 @@
 //! The grid on the endocardium.
 
 use super::axis::{Base, Point, Section, Trees, frame, wall};
-use super::error::ChamberError;
+use super::error::Result;
 use super::outside::is_rim;
 use super::size::Lengths;
 use crate::generate::ventricle::Disk;
@@ -35,11 +35,7 @@ pub(super) struct Fit<'a> {
 }
 
 impl<'a> Fit<'a> {
-    pub(super) fn new(
-        trees: &'a Trees,
-        base: Base,
-        towards: Option<Point>,
-    ) -> Result<Self, ChamberError> {
+    pub(super) fn new(trees: &'a Trees, base: Base, towards: Option<Point>) -> Result<Self> {
         let axis = base.centre - base.apex;
         let up = axis.normalize();
         let pole = Section::new(trees, base.apex + axis * POLE, up)?.centre;
@@ -54,7 +50,7 @@ impl<'a> Fit<'a> {
         Ok(fit)
     }
 
-    fn measure(&mut self) -> Result<(), ChamberError> {
+    fn measure(&mut self) -> Result<()> {
         for row in 0..=ROWS {
             let mut points = [Point::zeros(); COLUMNS];
             for (column, point) in points.iter_mut().enumerate() {
@@ -77,16 +73,13 @@ impl<'a> Fit<'a> {
         Ok(())
     }
 
-    fn point(&self, q: f64, angle: f64) -> Result<Point, ChamberError> {
+    fn point(&self, q: f64, angle: f64) -> Result<Point> {
         let (sin, cos) = angle.sin_cos();
         if q < self.equator {
             let [across, along] = frame(self.up, Some(self.towards));
             let (out, down) = (FRAC_PI_2 * q / self.equator).sin_cos();
-            return wall(
-                self.trees,
-                self.pole,
-                (across * cos + along * sin) * out - self.up * down,
-            );
+            let direction = (across * cos + along * sin) * out - self.up * down;
+            return wall(self.trees, self.pole, direction);
         }
         let way = (q - self.equator) / (1.0 - self.equator);
         let normal = self.up.lerp(&self.base.normal, way).normalize();
@@ -115,7 +108,7 @@ impl<'a> Fit<'a> {
     }
 
     /// The points of the endocardium under the nodes of the sheet.
-    pub(super) fn inner(&self, sheet: &Sheet, disk: &Disk) -> Result<Vec<Point>, ChamberError> {
+    pub(super) fn inner(&self, sheet: &Sheet, disk: &Disk) -> Result<Vec<Point>> {
         let point = |at: &[f64; 3]| {
             let [x, y] = disk.place([at[0], at[1]]);
             let angle = y.atan2(x).rem_euclid(TAU);

@@ -1,7 +1,7 @@
 //! Outer nodes of the wall: from the endocardium to the nearest outer surface.
 
 use super::axis::{Base, Point, Trees};
-use super::error::{ChamberError, shown};
+use super::error::{ChamberError, Result, shown};
 use crate::generate::wall::Sheet;
 use crate::quality::Spread;
 use std::collections::BTreeSet;
@@ -33,7 +33,7 @@ pub(super) fn carry(
     base: &Base,
     sweeps: usize,
     slope: f64,
-) -> Result<Outside, ChamberError> {
+) -> Result<Outside> {
     let neighbours = neighbours(sheet);
     let mut directions = directions(sheet, inner, base, &neighbours, sweeps);
     let ways = inner.iter().zip(&directions).filter_map(|(x, d)| Some(trees.outside(*x, *d)?.0));

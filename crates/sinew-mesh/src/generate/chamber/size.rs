@@ -1,6 +1,6 @@
 //! Options for the mesh of a wall, and numbers of its cells.
 
-use super::error::ChamberError;
+use super::error::{ChamberError, Result};
 
 /// Factor between the edge sizes tried for a given number of nodes.
 const FINER: f64 = 0.98;
@@ -69,7 +69,7 @@ pub(super) struct Lengths {
 type Cells = [usize; 3];
 
 impl Lengths {
-    pub(super) fn cells(&self, options: &WallOptions) -> Result<Cells, ChamberError> {
+    pub(super) fn cells(&self, options: &WallOptions) -> Result<Cells> {
         let fail = |what: String| {
             Err(ChamberError::Surfaces(format!(
                 "{what}; give 60 to 3000000 nodes, or a positive length of edges, and at least one layer"
