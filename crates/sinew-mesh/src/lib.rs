@@ -93,7 +93,6 @@ mod io;
 mod mesh;
 mod quadratic;
 mod quality;
-mod reference;
 mod regions;
 mod selection;
 mod simplices;
@@ -101,7 +100,7 @@ mod topology;
 mod tree;
 
 pub use any::AnyMesh;
-pub use element::Element;
+pub use element::{Element, QuadraturePoint};
 pub use error::{Defect, MeshError, Place, Problem};
 pub use generate::{
     Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, IdealLiver, ShapeError, Sheet,
@@ -123,7 +122,6 @@ pub use mesh::{
 pub use quality::{
     QualitySummary, SLIVER_ANGLE, Spread, min_dihedral_angle, quality, volume_ratio,
 };
-pub use reference::QuadraturePoint;
 pub use selection::{Selected, Selection, SelectionError};
 pub use topology::{boundary_facets, edges, remove_unused_nodes};
 pub use tree::self_intersections;

@@ -5,6 +5,7 @@ use crate::{
     Field, FieldValues, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh, TriangleMesh,
     boundary_facets, remove_unused_nodes,
 };
+use sinew_num::ascending;
 use std::collections::BTreeMap;
 
 impl TetMesh {
@@ -71,7 +72,8 @@ impl<const N: usize> Mesh<N> {
 }
 
 fn with_middle_nodes<const N: usize, const M: usize>(mesh: &Mesh<N>) -> Mesh<M> {
-    let ends = edge_ends(mesh);
+    // The unique edges as `[smaller node, larger node]`.
+    let ends = ascending(crate::edges(mesh).into_iter().map(|[b, a]| [a, b]));
     let middle = |&[a, b]: &[usize; 2]| {
         let (a, b) = (mesh.points[a], mesh.points[b]);
         std::array::from_fn(|i| 0.5 * (a[i] + b[i]))
@@ -95,13 +97,6 @@ fn with_middle_nodes<const N: usize, const M: usize>(mesh: &Mesh<N>) -> Mesh<M> 
     raised.point_fields = mesh.point_fields.iter().map(average).collect();
     raised.node_sets = lifted_sets(mesh, &raised);
     raised
-}
-
-/// The unique edges as `[smaller node, larger node]`, ascending.
-fn edge_ends<const N: usize>(mesh: &Mesh<N>) -> Vec<[usize; 2]> {
-    let mut ends: Vec<[usize; 2]> = crate::edges(mesh).into_iter().map(|[b, a]| [a, b]).collect();
-    ends.sort_unstable();
-    ends
 }
 
 /// A point field with a row for each edge behind its rows.

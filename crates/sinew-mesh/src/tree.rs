@@ -39,9 +39,7 @@ impl SurfaceTree {
     pub(crate) fn new(surface: &TriangleMesh) -> Self {
         let corners: Vec<_> = (0..surface.cells.len()).map(|cell| surface.corners(cell)).collect();
         let mut tree = Self { order: (0..corners.len()).collect(), corners, nodes: Vec::new() };
-        if !tree.order.is_empty() {
-            tree.split(0, tree.order.len());
-        }
+        tree.split(0, tree.order.len());
         tree
     }
 
@@ -66,7 +64,7 @@ impl SurfaceTree {
 
     /// Visits the triangles in all leaves whose boxes are wanted.
     fn visit(&self, wanted: impl Fn(&Node) -> bool, mut see: impl FnMut(usize)) {
-        let mut stack: Vec<usize> = if self.nodes.is_empty() { vec![] } else { vec![0] };
+        let mut stack = vec![0];
         while let Some(at) = stack.pop() {
             let node = &self.nodes[at];
             if wanted(node) {
@@ -108,7 +106,7 @@ impl SurfaceTree {
     /// Distance of a point from the surface; infinite when it has no triangles.
     pub(crate) fn distance(&self, point: Point) -> f64 {
         let mut best = f64::INFINITY;
-        let mut stack: Vec<usize> = if self.nodes.is_empty() { vec![] } else { vec![0] };
+        let mut stack = vec![0];
         let from_box = |node: &Node| (point - point.sup(&node.low).inf(&node.high)).norm();
         while let Some(at) = stack.pop() {
             let node = &self.nodes[at];
@@ -198,10 +196,7 @@ pub fn self_intersections(surface: &TriangleMesh) -> Vec<[usize; 2]> {
     for cell in 0..surface.cells.len() {
         let corners = surface.corners(cell);
         let [low, high] = bounds(corners);
-        for other in tree.near(low, high) {
-            if other <= cell {
-                continue;
-            }
+        for other in tree.near(low, high).into_iter().filter(|&other| other > cell) {
             let of_other = surface.corners(other);
             let (a, b) = (named(cell), named(other));
             if pierces((a, &corners), (b, &of_other)) || pierces((b, &of_other), (a, &corners)) {

@@ -2,14 +2,41 @@
 //! the same order.
 
 use super::cursor::{Cursor, Encoding, Fault, Result};
-use super::gmsh_model::{Gmsh, element_type};
-use super::grid::{MixedMesh, cell_type};
+use super::grid::{MixedMesh, cell_type, indices};
 use super::number::NumberType::{F64, I32, U64};
-use crate::{Field, FieldValues, Problem};
+use crate::{Field, FieldValues, Problem, QuadraticTetMesh};
+use std::collections::{BTreeMap, HashMap};
 
 /// Physical groups of one entity beyond which the file is taken for damaged: each element of
 /// the entity joins them all, so this bounds memory by a multiple of the file's size.
 const MOST_GROUPS: i64 = 64;
+
+/// VTK types of gmsh's element types from 0 on; 0 for those without one.
+const VTK_TYPES: [u8; 20] =
+    [0, 3, 5, 9, 10, 12, 13, 14, 21, 22, 28, 24, 29, 0, 0, 1, 23, 25, 26, 27];
+
+/// Entities read so far.
+#[derive(Default)]
+struct Gmsh<'a> {
+    cursor: Cursor<'a>,
+    /// Major version of the format, 0 until it is read.
+    version: u8,
+    /// Encoding of the binary sections, or text.
+    binary: Encoding,
+    grid: MixedMesh,
+    /// Names of physical groups by dimension and tag.
+    names: HashMap<(i64, i64), String>,
+    /// Elements of physical groups by dimension and tag.
+    groups: BTreeMap<(i64, i64), Vec<usize>>,
+    /// Physical tags of the model's entities by dimension and tag (version 4).
+    physicals: HashMap<(i64, i64), Vec<i64>>,
+    /// Index of each node tag.
+    node_index: HashMap<i64, usize>,
+    /// Index of each element tag.
+    element_index: HashMap<i64, usize>,
+    /// Index of each element by type and nodes (version 2).
+    known: HashMap<(u8, Vec<i64>), usize>,
+}
 
 /// Reads the nodes, elements, physical groups and data of a file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
@@ -197,21 +224,19 @@ impl Gmsh<'_> {
         self.known.clear();
         let mut read = 0;
         while read < count {
-            if self.cursor.encoding == Encoding::Text {
-                let element = self.cursor.integer(I32, "the tag of an element")?;
-                let kind = self.cursor.integer(I32, "the type of an element")?;
-                let tags = self.cursor.count(I32, "the number of tags")?;
-                self.row_2(Some(element), kind, tags)?;
-                read += 1;
+            let mut tag = None;
+            let (kind, block) = if self.cursor.encoding == Encoding::Text {
+                tag = Some(self.cursor.integer(I32, "the tag of an element")?);
+                (self.cursor.integer(I32, "the type of an element")?, 1)
             } else {
                 let kind = self.cursor.integer(I32, "the type of a block of elements")?;
-                let block = self.cursor.count(I32, "the number of elements in a block")?.max(1);
-                let tags = self.cursor.count(I32, "the number of tags")?;
-                for _ in 0..block {
-                    self.row_2(None, kind, tags)?;
-                }
-                read += block;
+                (kind, self.cursor.count(I32, "the number of elements in a block")?.max(1))
+            };
+            let tags = self.cursor.count(I32, "the number of tags")?;
+            for _ in 0..block {
+                self.row_2(tag, kind, tags)?;
             }
+            read += block;
         }
         Ok(())
     }
@@ -324,4 +349,56 @@ impl Gmsh<'_> {
         }
         Ok(blocks)
     }
+
+    /// Names the groups. Numbers of groups without a name are given anew in each dimension.
+    fn name_groups(&mut self) {
+        let top = self.grid.types.iter().map(|&kind| cell_type(kind).1).max().unwrap_or(3);
+        let groups = std::mem::take(&mut self.groups);
+        let unnamed = |key: &(i64, i64)| groups.contains_key(key) && !self.names.contains_key(key);
+        for (&(dimension, tag), members) in &groups {
+            let mut others = (0..top).filter(|&other| other != dimension && dimension < top);
+            let twice = others.any(|other| unnamed(&(other, tag)));
+            let kinds = ["point_", "curve_", "surface_"].iter();
+            let kind = kinds.filter(|_| twice).nth(dimension as usize).unwrap_or(&"");
+            let named = self.names.get(&(dimension, tag)).cloned();
+            let name = named.unwrap_or_else(|| format!("physical_{kind}{tag}"));
+            self.grid.groups.entry(name).or_default().extend(members);
+        }
+    }
+
+    /// Adds a node.
+    fn node(&mut self, tag: i64, point: [f64; 3]) -> Result<()> {
+        let before = self.node_index.insert(tag, self.grid.points.len());
+        Problem::unless_used(before.is_some(), "a node tag that is not used yet", tag)?;
+        self.grid.points.push(point);
+        Ok(())
+    }
+
+    /// Adds an element with the tags of its nodes and returns its index.
+    fn element(&mut self, kind: u8, nodes: &[i64]) -> Result<usize> {
+        let index = |tag: &i64| self.node_index.get(tag);
+        let mut nodes = indices(nodes, "the tag of a node in $Nodes", index)?;
+        if kind == QuadraticTetMesh::ELEMENT.vtk_type {
+            // gmsh numbers the middles of the edges 23 and 13 the other way round.
+            nodes.swap(8, 9);
+        }
+        self.grid.push(kind, &nodes);
+        Ok(self.grid.types.len() - 1)
+    }
+
+    /// Puts an element into a physical group.
+    fn join_group(&mut self, dimension: i64, tag: i64, element: usize) {
+        // A minus sign means reversed orientation, which facets do not need.
+        self.groups.entry((dimension, tag.saturating_abs())).or_default().push(element);
+    }
+}
+
+/// VTK type and number of nodes of a gmsh element type.
+fn element_type(gmsh_type: i64) -> Result<(u8, usize)> {
+    let vtk_type = usize::try_from(gmsh_type).ok().and_then(|index| VTK_TYPES.get(index).copied());
+    let found = vtk_type.and_then(|vtk_type| Some((vtk_type, cell_type(vtk_type).2?)));
+    found.ok_or_else(|| {
+        let advice = "save the mesh with first-order elements (Mesh.ElementOrder = 1)";
+        Problem::unsupported("gmsh element type", gmsh_type.to_string(), advice)
+    })
 }

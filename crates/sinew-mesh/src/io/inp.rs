@@ -4,10 +4,8 @@
 use super::convert::counted;
 use super::cursor::{Cursor, Fault, Result, number};
 use super::grid::{MixedMesh, indices};
-use super::inp_elements::{Kind, kind};
-use super::inp_lines::{Block, Name, blocks, fields, real};
-use super::inp_sets::{Scope, Sets};
-use super::inp_surfaces::Surface;
+use super::inp_elements::{Kind, Surface, kind};
+use super::inp_lines::{Block, Name, Scope, Sets, blocks, fields, real};
 use crate::Problem;
 use crate::topology::FacetKey;
 use nalgebra::{Rotation3, Unit, Vector3};

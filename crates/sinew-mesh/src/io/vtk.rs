@@ -318,13 +318,11 @@ enum Values {
 
 /// Unsigned characters, whose shares of 255 stand in text.
 fn characters(shares: &[f64]) -> Result<FieldValues> {
-    match shares.iter().find(|share| !(0.0..=1.0).contains(*share)) {
-        Some(share) => Err(Problem::expected("a colour from 0 to 1", share.to_string())),
-        None => {
-            let of_255 = shares.iter().map(|share| (255.0 * share).round() as i64);
-            Ok(FieldValues::Integer(of_255.collect()))
-        }
+    if let Some(share) = shares.iter().find(|share| !(0.0..=1.0).contains(*share)) {
+        return Err(Problem::expected("a colour from 0 to 1", share.to_string()));
     }
+    let of_255 = shares.iter().map(|share| (255.0 * share).round() as i64);
+    Ok(FieldValues::Integer(of_255.collect()))
 }
 
 /// Components of the attributes that may follow POINT_DATA and CELL_DATA.

@@ -86,11 +86,12 @@ pub(crate) fn to_xml<const N: usize>(
     );
     field_data(&mut xml, numbers)?;
     xml += &format!("<Piece NumberOfPoints=\"{nodes}\" NumberOf{list}=\"{cells}\">\n<Points>\n");
-    floats(&mut xml, "Points", 3, mesh.points.as_flattened());
+    array_of(&mut xml, "Points", &Field::vectors(&mesh.points));
     xml += &format!("</Points>\n<{list}>\n");
     let connectivity = mesh.cells.as_flattened().iter().map(|&node| node as i64);
-    integers(&mut xml, "connectivity", 1, connectivity);
-    integers(&mut xml, "offsets", 1, (1..=cells).map(|cell| (cell * N) as i64));
+    array_of(&mut xml, "connectivity", &Field::labels(connectivity.collect()));
+    let offsets = (1..=cells).map(|cell| (cell * N) as i64);
+    array_of(&mut xml, "offsets", &Field::labels(offsets.collect()));
     if data_set == GRID {
         array(&mut xml, "UInt8", "types", 1, &vec![Mesh::<N>::ELEMENT.vtk_type; cells]);
     }
@@ -151,25 +152,16 @@ fn fields(xml: &mut String, section: &str, fields: &BTreeMap<String, Field>) {
         section == "PointData" && fields.get(DISPLACEMENT).is_some_and(|u| u.components == 3);
     let vectors = if moved { format!(" Vectors=\"{DISPLACEMENT}\"") } else { String::new() };
     *xml += &format!("<{section}{vectors}>\n");
-    for (name, field) in fields {
-        match &field.values {
-            FieldValues::Float(values) => floats(xml, name, field.components, values),
-            FieldValues::Integer(values) => {
-                integers(xml, name, field.components, values.iter().copied());
-            }
-        }
-    }
+    fields.iter().for_each(|(name, field)| array_of(xml, name, field));
     *xml += &format!("</{section}>\n");
 }
 
-fn floats(xml: &mut String, name: &str, components: usize, values: &[f64]) {
-    let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-    array(xml, "Float64", name, components, &bytes);
-}
-
-fn integers(xml: &mut String, name: &str, components: usize, values: impl Iterator<Item = i64>) {
-    let bytes: Vec<u8> = values.flat_map(i64::to_le_bytes).collect();
-    array(xml, "Int64", name, components, &bytes);
+fn array_of(xml: &mut String, name: &str, field: &Field) {
+    let (kind, bytes): (_, Vec<u8>) = match &field.values {
+        FieldValues::Float(all) => ("Float64", all.iter().flat_map(|x| x.to_le_bytes()).collect()),
+        FieldValues::Integer(all) => ("Int64", all.iter().flat_map(|x| x.to_le_bytes()).collect()),
+    };
+    array(xml, kind, name, field.components, &bytes);
 }
 
 /// The size of the array in bytes and the array, in one base64 text.

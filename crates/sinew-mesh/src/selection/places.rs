@@ -254,11 +254,8 @@ fn unit(direction: &[f64; 3]) -> Result<Point, SelectionError> {
 
 fn distance(what: &'static str, value: f64) -> Result<f64, SelectionError> {
     // Written so that a NaN is an error as well.
-    if value >= 0.0 && value.is_finite() {
-        Ok(value)
-    } else {
-        Err(SelectionError::Distance { what, value })
-    }
+    let is_distance = value >= 0.0 && value.is_finite();
+    is_distance.then_some(value).ok_or(SelectionError::Distance { what, value })
 }
 
 /// Outward unit normal of a facet, from its corners; of an edge of triangles, in their plane of constant z.
