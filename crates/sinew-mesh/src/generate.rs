@@ -17,8 +17,6 @@ pub use wall::{Sheet, Wall};
 
 use crate::{HexMesh, Mesh, TetMesh, TriangleMesh, boundary_facets, repair_orientation};
 
-const AXES: [&str; 3] = ["x", "y", "z"];
-
 /// A box `[0, extent]` of `cells` grid cells per axis, each split into six Kuhn tetrahedra
 /// around its main diagonal (H. W. Kuhn, "Some combinatorial lemmas in topology", 1960).
 ///
@@ -105,7 +103,9 @@ fn structured<const D: usize, const N: usize>(
     let boundary = boundary_facets(&mesh);
     for axis in 0..D {
         for (end, level) in [("min", 0.0), ("max", extent[axis])] {
-            mesh.name_side(&boundary, &format!("{}_{end}", AXES[axis]), |x| x[axis] == level);
+            mesh.name_side(&boundary, &format!("{}_{end}", ["x", "y", "z"][axis]), |x| {
+                x[axis] == level
+            });
         }
     }
     mesh

@@ -10,9 +10,6 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 /// Begins the names of the facet sets behind which a region was cut away, and names all of them together.
 const CUT: &str = "cut:";
 
-/// Stands for the space around a mesh.
-const OUTSIDE: &str = "outside";
-
 /// Cells of a region, and facets of others behind which it was cut away.
 type Region = (HashSet<usize>, HashSet<Facet>);
 
@@ -110,11 +107,8 @@ impl<const N: usize> Mesh<N> {
     }
 
     /// See [`Selection::between`](crate::Selection::between).
-    pub(crate) fn facets_between(
-        &self,
-        [one, other]: &[String; 2],
-    ) -> Result<Vec<Facet>, SelectionError> {
-        let (one, other) = (self.region(one)?, self.region(other)?);
+    pub(crate) fn facets_between(&self, pair: &[String; 2]) -> Result<Vec<Facet>, SelectionError> {
+        let (one, other) = (self.region(&pair[0])?, self.region(&pair[1])?);
         let of = |a: &Region, b: &Region, facet: &Facet| {
             a.0.contains(&facet.cell) && !b.0.contains(&facet.cell) && !a.1.contains(facet)
         };
@@ -133,7 +127,8 @@ impl<const N: usize> Mesh<N> {
         let behind = match self.facet_sets.get(&format!("{CUT}{}", self.full_name(name))) {
             Some(facets) => facets.clone(),
             None if cells.is_some() => Vec::new(),
-            None if name == OUTSIDE => {
+            // The space around the mesh.
+            None if name == "outside" => {
                 let cut: HashSet<&Facet> = self.facet_sets.get(CUT).into_iter().flatten().collect();
                 boundary_facets(self).into_iter().filter(|facet| !cut.contains(facet)).collect()
             }

@@ -51,12 +51,9 @@ pub(crate) fn save(path: &Path, bytes: &[u8]) -> Result<(), MeshError> {
 /// Longest piece of a file that an error repeats, in bytes.
 const EXCERPT: usize = 40;
 
-/// Byte-order mark that some editors put before a text in UTF-8.
-const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
-
-/// A file without its byte-order mark.
+/// A file without the byte-order mark that some editors put before a text in UTF-8.
 pub(crate) fn without_mark(bytes: &[u8]) -> &[u8] {
-    bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes)
+    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
 }
 
 /// The start of a text as errors show it.

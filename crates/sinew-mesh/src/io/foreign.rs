@@ -5,28 +5,16 @@
 type Foreign = (&'static [&'static [u8]], &'static [&'static [u8]], &'static str, &'static str);
 
 const BY_MESHIO: &str = "write it as .vtu with `meshio convert`";
+const FROM_DOLFINX: &str = "write it as .vtu with `meshio convert`, or from DOLFINx with `VTKFile`";
+const FROM_PREPOST: &str = "save the mesh from LS-PrePost as Abaqus input";
+const NASTRAN: &[&[u8]] = &[b"$", b"SOL ", b"CEND", b"BEGIN", b"GRID"];
 
 const FORMATS: [Foreign; 14] = [
-    (
-        &[b"<"],
-        &[b"<Xdmf"],
-        "XDMF",
-        "write it as .vtu with `meshio convert`, or from DOLFINx with `VTKFile`",
-    ),
+    (&[b"<"], &[b"<Xdmf"], "XDMF", FROM_DOLFINX),
     (&[b"<"], &[b"<febio_spec"], "FEBio (.feb)", "save the mesh from FEBio Studio as .vtk or .inp"),
     (&[b"<"], &[b"<dolfin"], "DOLFIN XML", BY_MESHIO),
-    (
-        &[b"$", b"*KEYWORD"],
-        &[b"*KEYWORD"],
-        "LS-DYNA keyword",
-        "save the mesh from LS-PrePost as Abaqus input",
-    ),
-    (
-        &[b"$", b"SOL ", b"CEND", b"BEGIN", b"GRID"],
-        &[b"BEGIN BULK", b"GRID "],
-        "Nastran bulk data",
-        BY_MESHIO,
-    ),
+    (&[b"$", b"*KEYWORD"], &[b"*KEYWORD"], "LS-DYNA keyword", FROM_PREPOST),
+    (NASTRAN, &[b"BEGIN BULK", b"GRID "], "Nastran bulk data", BY_MESHIO),
     (&[b"MeshVersionFormatted"], &[], "MEDIT (.mesh)", BY_MESHIO),
     (&[b"ply\n", b"ply\r"], &[], "PLY", "save the surface as .stl or .obj"),
     (&[b"\x89HDF"], &[], "HDF5 (MED, CGNS or the data of XDMF)", BY_MESHIO),

@@ -208,7 +208,6 @@ pub(super) const CELL_TYPES: [(u8, &str, i64, Option<usize>); 29] = [
 /// Name of a VTK cell type, its dimension, and its number of nodes where that is fixed.
 pub(crate) fn cell_type(vtk_type: u8) -> (&'static str, i64, Option<usize>) {
     let known = CELL_TYPES.iter().find(|(number, ..)| *number == vtk_type);
-    known.map_or(("cell of another type", 3, None), |&(_, name, dimension, nodes)| {
-        (name, dimension, nodes)
-    })
+    let &(_, name, dimension, nodes) = known.unwrap_or(&(0, "cell of another type", 3, None));
+    (name, dimension, nodes)
 }

@@ -1,7 +1,7 @@
 //! VTU and VTP files: VTK's XML format for unstructured grids and surfaces with text, inline base64 and appended
 //! (raw or base64) arrays, plain or compressed with zlib (VTK documentation, "VTK XML formats").
 
-use super::cursor::{Cursor, Encoding, Fault, Result, number};
+use super::cursor::{Encoding, Fault, Result, number};
 use super::grid::MixedMesh;
 use super::number::NumberType;
 use super::polydata::{CellList, Kind, PolyData};
@@ -21,7 +21,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
     let mut parser = Parser {
         xml: Reader::from_reader(head),
         item: head.len(),
-        layout: Layout { encoding: Encoding::Little, wide_header: false, zlib: false },
+        layout: Layout::default(),
         appended: None,
         section: Section::Other,
         piece: None,
@@ -32,37 +32,6 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
     parser.xml.config_mut().check_end_names = false;
     parser.read(appended).map_err(|problem| (Place { byte: parser.item, line: None }, problem))?;
     Ok(parser.grid)
-}
-
-/// The section of appended data.
-#[derive(Clone, Copy)]
-struct Appended<'a> {
-    raw: bool,
-    /// Bytes after the underscore.
-    data: &'a [u8],
-    /// Offset of these bytes in the file.
-    start: usize,
-}
-
-impl<'a> Appended<'a> {
-    fn find(at: usize, element: &'a [u8]) -> Result<Option<Self>> {
-        if element.is_empty() {
-            return Ok(None);
-        }
-        let mut cursor = Cursor::new(element);
-        let tag = cursor.skip_past(b">", "the end of the AppendedData tag")?;
-        cursor.skip_past(b"_", "the underscore before appended data")?;
-        let start = cursor.position;
-        let raw = !tag.windows(6).any(|window| window == b"base64");
-        Ok(Some(Appended { raw, data: &element[start..], start: at + start }))
-    }
-
-    fn source(self, offset: usize, layout: Layout) -> Result<Source<'a>> {
-        let value = i64::try_from(offset).unwrap_or(i64::MAX);
-        let bounds = [0, self.data.len() as i64];
-        Problem::require_within("the offset of an appended array", value, bounds)?;
-        Ok(Source::new(self.start + offset, &self.data[offset..], !self.raw, layout))
-    }
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -80,7 +49,8 @@ struct Parser<'a> {
     /// Start of the last item, which errors point to.
     item: usize,
     layout: Layout,
-    appended: Option<Appended<'a>>,
+    /// The section of appended data, where there is one.
+    appended: Option<Source<'a>>,
     section: Section,
     /// Number of points, and of cells in each list.
     piece: Option<(usize, [usize; 4])>,
@@ -92,7 +62,7 @@ struct Parser<'a> {
 
 impl<'a> Parser<'a> {
     fn read(&mut self, appended: &'a [u8]) -> Result<()> {
-        self.appended = Appended::find(self.item, appended)?;
+        self.appended = Source::appended(self.item, appended)?;
         while self.element()? {}
         self.item = self.xml.buffer_position() as usize;
         self.finish()
@@ -242,10 +212,10 @@ impl<'a> Parser<'a> {
             }
         };
         let expected = rows.map(|rows| rows.saturating_mul(components));
-        let source = match (format.as_str(), offset, self.appended) {
+        let source = match (format.as_str(), offset, &self.appended) {
             ("ascii", ..) => None,
             ("binary", ..) => Some(Source::new(self.item, text, true, self.layout)),
-            ("appended", Some(offset), Some(all)) => Some(all.source(offset, self.layout)?),
+            ("appended", Some(offset), Some(all)) => Some(all.starting(offset, self.layout)?),
             ("appended", ..) => {
                 let expected = "an offset and an AppendedData element";
                 return Err(Problem::Missing { expected });

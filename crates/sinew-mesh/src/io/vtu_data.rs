@@ -1,6 +1,6 @@
 //! The bytes of a VTU array: base64 or raw, plain or in zlib blocks.
 
-use super::cursor::{Encoding, Result, excerpt};
+use super::cursor::{Cursor, Encoding, Result, excerpt};
 use super::number::NumberType;
 use crate::{FieldValues, Problem};
 use base64::{Engine, engine::general_purpose::STANDARD};
@@ -12,7 +12,7 @@ use std::io::Read;
 const MOST_DEFLATE: usize = 1032;
 
 /// Properties of all arrays, from the file's header.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(crate) struct Layout {
     pub encoding: Encoding,
     /// Sizes have 64 bits instead of 32.
@@ -35,6 +35,26 @@ pub(crate) struct Source<'a> {
 impl<'a> Source<'a> {
     pub(super) fn new(at: usize, data: &'a [u8], base64: bool, layout: Layout) -> Self {
         Source { at, data, position: 0, base64, layout, ready: Vec::new() }
+    }
+
+    /// The bytes behind the underscore of the section of appended data, where there is one.
+    pub(super) fn appended(at: usize, section: &'a [u8]) -> Result<Option<Self>> {
+        if section.is_empty() {
+            return Ok(None);
+        }
+        let mut cursor = Cursor::new(section);
+        let tag = cursor.skip_past(b">", "the end of the AppendedData tag")?;
+        cursor.skip_past(b"_", "the underscore before appended data")?;
+        let (start, base64) = (cursor.position, tag.windows(6).any(|part| part == b"base64"));
+        Ok(Some(Self::new(at + start, &section[start..], base64, Layout::default())))
+    }
+
+    /// Those from an offset on.
+    pub(super) fn starting(&self, offset: usize, layout: Layout) -> Result<Self> {
+        let value = i64::try_from(offset).unwrap_or(i64::MAX);
+        let bounds = [0, self.data.len() as i64];
+        Problem::require_within("the offset of an appended array", value, bounds)?;
+        Ok(Self::new(self.at + offset, &self.data[offset..], self.base64, layout))
     }
 
     /// Offset of the next byte in the file.
