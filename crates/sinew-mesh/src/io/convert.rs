@@ -125,12 +125,12 @@ fn check_nodes(grid: &MixedMesh, cell: usize, number: Option<usize>) -> Result<(
 }
 
 fn refused_cell<const N: usize>(cell: usize, kind: u8) -> Problem {
+    let quadratic = Mesh::<N>::ELEMENT.is_quadratic();
+    let split = "split such cells into simplices, for example with VTK's \"Triangulate\"";
     let advice = match kind {
         10 if N == 3 => "read the file as a tetrahedral mesh and extract its surface",
-        5 | 10 if Mesh::<N>::ELEMENT.is_quadratic() => {
-            "read the file as a mesh of linear cells and make it quadratic"
-        }
-        22 | 24 if !Mesh::<N>::ELEMENT.is_quadratic() => {
+        5 | 10 if quadratic => "read the file as a mesh of linear cells and make it quadratic",
+        22 | 24 if !quadratic => {
             "read the file with `read_mesh` as a mesh of quadratic cells, or export it with linear \
              (first-order) elements"
         }
@@ -139,9 +139,7 @@ fn refused_cell<const N: usize>(cell: usize, kind: u8) -> Problem {
             "read a file of hexahedra with `read_mesh` as a HexMesh, or split such cells into \
              simplices, for example with VTK's \"Triangulate\""
         }
-        6..=9 | 11..=14 => {
-            "split such cells into simplices, for example with VTK's \"Triangulate\""
-        }
+        6..=9 | 11..=14 => split,
         _ => "export only the cells of one kind",
     };
     let wanted = Mesh::<N>::ELEMENT.plural;

@@ -72,6 +72,11 @@ impl Problem {
         if used { Err(Self::expected(expected, found.to_string())) } else { Ok(()) }
     }
 
+    /// Requires a part of the file.
+    pub(super) fn require_part(is_there: bool, expected: What) -> Result<()> {
+        is_there.then_some(()).ok_or(Problem::Missing { expected })
+    }
+
     /// Requires bytes that a declared count needs.
     pub(super) fn require_bytes(what: What, needed: u128, available: usize) -> Result<()> {
         let enough = needed <= available as u128;

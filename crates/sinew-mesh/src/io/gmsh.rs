@@ -49,13 +49,8 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
 impl Gmsh<'_> {
     fn read(&mut self) -> Result<()> {
         while self.section()? {}
-        if self.grid.points.is_empty() {
-            return Err(Problem::Missing { expected: "a $Nodes section" });
-        }
-        if self.grid.types.is_empty() {
-            return Err(Problem::Missing { expected: "an $Elements section" });
-        }
-        Ok(())
+        Problem::require_part(!self.grid.points.is_empty(), "a $Nodes section")?;
+        Problem::require_part(!self.grid.types.is_empty(), "an $Elements section")
     }
 
     /// Reads one section; false at the end of the file.

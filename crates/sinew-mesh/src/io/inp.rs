@@ -61,9 +61,7 @@ fn read(blocks: &[Block<'_>], bytes: usize) -> Result<MixedMesh> {
     if let Some(last) = blocks.last() {
         last.place.set(last.at);
     }
-    if model.grid.points.is_empty() {
-        return Err(Problem::Missing { expected: "*NODE with its nodes" });
-    }
+    Problem::require_part(!model.grid.points.is_empty(), "*NODE with its nodes")?;
     model.finish()
 }
 
@@ -158,9 +156,8 @@ impl Model {
                 self.element(&name, kind, &record)?;
                 record.clear();
             }
-            if row == block.len() && !record.is_empty() {
-                return Err(Problem::Missing { expected: "the other nodes of the last element" });
-            }
+            let is_whole = row < block.len() || record.is_empty();
+            Problem::require_part(is_whole, "the other nodes of the last element")?;
         }
         self.elements.add_named(block, "ELSET", first..self.grid.types.len())
     }

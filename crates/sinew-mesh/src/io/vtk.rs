@@ -35,9 +35,7 @@ impl Reader<'_> {
         self.header()?;
         while self.section()? {}
         std::mem::take(&mut self.cells).fill(&mut self.grid)?;
-        if self.grid.points.is_empty() {
-            return Err(Problem::Missing { expected: "a POINTS section" });
-        }
+        Problem::require_part(!self.grid.points.is_empty(), "a POINTS section")?;
         let (expected, found) = (self.grid.ends.len(), self.grid.types.len());
         Problem::require_count("CELL_TYPES", expected, found)
     }

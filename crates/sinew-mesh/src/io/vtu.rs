@@ -127,7 +127,7 @@ impl<'a> Parser<'a> {
                 return Err(Problem::unsupported("VTK XML file type", kind, advice));
             }
         }
-        let big = self.attribute(tag, "byte_order")?.is_some_and(|order| order == "BigEncoding");
+        let big = self.attribute(tag, "byte_order")?.is_some_and(|order| order == "BigEndian");
         self.layout.encoding = if big { Encoding::Big } else { Encoding::Little };
         self.layout.wide_header = self.attribute(tag, "header_type")?.as_deref() == Some("UInt64");
         match self.attribute(tag, "compressor")?.unwrap_or_default() {
@@ -266,11 +266,10 @@ impl<'a> Parser<'a> {
     }
 
     fn finish(&mut self) -> Result<()> {
-        let missing = |expected| Problem::Missing { expected };
-        let (points, counts) = self.piece.ok_or(missing("a Piece element"))?;
-        if self.grid.points.len() != points {
-            return Err(missing("a Points element with an array"));
-        }
+        let (points, counts) =
+            self.piece.ok_or(Problem::Missing { expected: "a Piece element" })?;
+        let has_points = self.grid.points.len() == points;
+        Problem::require_part(has_points, "a Points element with an array")?;
         let (types, _) = self.lists[0].remove("types").unwrap_or_default();
         // Unknown types are refused with their cell's index later.
         self.grid.types = types.iter().map(|&kind| u8::try_from(kind).unwrap_or(u8::MAX)).collect();
@@ -278,9 +277,8 @@ impl<'a> Parser<'a> {
         for &kind in &kinds[..if self.cells.is_surface { 4 } else { 1 }] {
             self.cells.lists[kind as usize] = self.list(kind, counts[kind as usize])?;
         }
-        if !self.cells.is_surface && self.grid.types.len() != counts[0] {
-            return Err(missing("an array named types"));
-        }
+        let has_types = self.cells.is_surface || self.grid.types.len() == counts[0];
+        Problem::require_part(has_types, "an array named types")?;
         std::mem::take(&mut self.cells).fill(&mut self.grid)
     }
 }

@@ -51,16 +51,14 @@ impl<'m, const N: usize> Places<'m, N> {
         }
         match &selection.0 {
             Rule::All(parts) | Rule::Any(parts) => {
-                let join: fn(bool, bool) -> bool = match selection.0 {
-                    Rule::All(_) => |a, b| a && b,
-                    _ => |a, b| a || b,
-                };
+                let is_all = matches!(selection.0, Rule::All(_));
+                let join = |a: &mut bool, b: bool| *a = if is_all { *a && b } else { *a || b };
                 let (first, rest) = parts.split_first().ok_or(SelectionError::NoSelections)?;
                 let mut chosen = self.choose(first)?;
                 for part in rest {
                     let Chosen { nodes, facets } = self.choose(part)?;
-                    chosen.nodes.iter_mut().zip(nodes).for_each(|(a, b)| *a = join(*a, b));
-                    chosen.facets.iter_mut().zip(facets).for_each(|(a, b)| *a = join(*a, b));
+                    chosen.nodes.iter_mut().zip(nodes).for_each(|(a, b)| join(a, b));
+                    chosen.facets.iter_mut().zip(facets).for_each(|(a, b)| join(a, b));
                 }
                 Ok(chosen)
             }
