@@ -146,9 +146,8 @@ fn folds(mesh: &TetMesh) -> Vec<[usize; 3]> {
         let [a, b, c] = nodes;
         // Parity of the permutation that sorts the nodes; it differs between the two sides.
         let even = ((a < b) as u8 + (b < c) as u8 + (a < c) as u8) % 2;
-        match seen.insert(facet_key(mesh, facet), even) {
-            Some(other) if other == even => folds.push(nodes),
-            _ => {}
+        if seen.insert(facet_key(mesh, facet), even) == Some(even) {
+            folds.push(nodes);
         }
     }
     folds

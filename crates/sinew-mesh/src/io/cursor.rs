@@ -260,8 +260,7 @@ impl<'a> Cursor<'a> {
             self.skip_whitespace();
         }
         self.item = self.position;
-        let value = self.integers(kind, 1, what)?;
-        Ok(value[0])
+        Ok(self.integers(kind, 1, what)?[0])
     }
 
     /// One integer that counts something.

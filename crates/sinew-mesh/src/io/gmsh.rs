@@ -142,15 +142,10 @@ impl Gmsh<'_> {
             self.cursor.parse::<f64>("a real tag")?;
         }
         let integers: usize = self.cursor.parse("the number of integer tags")?;
-        let mut tags = [0usize; 3];
-        for index in 0..integers {
-            let tag = self.cursor.parse("an integer tag")?;
-            if let Some(slot) = tags.get_mut(index) {
-                *slot = tag;
-            }
-        }
+        let tags = (0..integers).map(|_| self.cursor.parse("an integer tag"));
+        let tags: Vec<usize> = tags.collect::<Result<_>>()?;
         self.cursor.line();
-        let [_, components, rows] = tags;
+        let [components, rows] = [1, 2].map(|index| tags.get(index).copied().unwrap_or(0));
         self.rows(of_nodes, name.unwrap_or_else(|| "data".into()), [rows, components])
     }
 
@@ -191,8 +186,8 @@ impl Gmsh<'_> {
         Ok(())
     }
 
-    /// Nodes of MSH 2.2: rows of a tag and three coordinates; parametric ones with the dimension and the tag of the node's entity, and its one or
-    /// two parameters on a curve or surface.
+    /// Nodes of MSH 2.2: rows of a tag and three coordinates; parametric ones with the dimension and the tag of the node's
+    /// entity, and its one or two parameters on a curve or surface.
     fn nodes_2(&mut self, parametric: bool) -> Result<()> {
         let count: usize = self.cursor.parse("the number of nodes")?;
         self.cursor.line();

@@ -101,10 +101,7 @@ impl<'m, const N: usize> Places<'m, N> {
         let Mesh { node_sets, facet_sets, .. } = self.mesh;
         match (facet_sets.get(name), node_sets.get(name)) {
             (Some(facets), others) => Ok(self.of_facets(facets, others.map_or(&[], Vec::as_slice))),
-            (None, Some(set)) => {
-                let nodes = self.of_facets(&[], set).nodes;
-                Ok(self.with_facets(nodes))
-            }
+            (None, Some(set)) => Ok(self.with_facets(self.of_facets(&[], set).nodes)),
             (None, None) => {
                 let known = node_sets.keys().chain(facet_sets.keys()).cloned().collect();
                 Err(SelectionError::UnknownSet { name: name.into(), known })
