@@ -63,7 +63,7 @@ pub use distance::mean_distance;
 pub use edges::{EdgeTopology, received_edge_sum, signed_edge_sum};
 pub use elementwise::activate;
 pub use error::IndexError;
-pub(crate) use host::{Cotangents, HostOperation, HostTensor, apply};
+pub(crate) use host::{Cotangents, HostTensor, Pullback, apply};
 pub use index::GatherPlan;
 pub use mlp::gathered_mlp;
 pub use moments::{AdamRule, adam_direction, descend, momentum_direction};

@@ -6,7 +6,6 @@ use crate::fused::{
 use burn::module::{Module, Param, ParamId};
 use burn::tensor::{Device, Tensor};
 
-use crate::arrays::numbers;
 use crate::perceptron::{Normalisation, Perceptron};
 use crate::random::Initialiser;
 use crate::{Decoding, Graph, GraphNetworkConfig, Result};
@@ -18,22 +17,6 @@ pub struct Output {
     pub nodes: Tensor<3>,
     /// `[batch, virtual nodes, 6]`, where they are decoded.
     pub clusters: Option<Tensor<3>>,
-}
-
-impl Output {
-    /// Outputs of clusters and then of nodes, a row for each sample.
-    pub(crate) fn rows(&self, samples: usize) -> Vec<Vec<f64>> {
-        let parts: Vec<_> =
-            self.clusters.iter().chain([&self.nodes]).cloned().map(numbers).collect();
-        let row = |sample: usize| {
-            let part = |part: &'_ Vec<f64>| {
-                let length = part.len() / samples;
-                part[sample * length..(sample + 1) * length].to_vec()
-            };
-            parts.iter().flat_map(part).collect()
-        };
-        (0..samples).map(row).collect()
-    }
 }
 
 /// Embeddings of the nodes of a geometry that are decoded, `[nodes, 2 M]`, layer by layer.

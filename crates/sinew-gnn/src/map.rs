@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use sinew_emulate::coordinates::{Coordinates, OutputScale};
 
 use crate::arrays::numbers;
-use crate::fused::{Cotangents, HostOperation, HostTensor, apply};
+use crate::fused::{Cotangents, HostTensor, Pullback, apply};
 use crate::{Geometry, Output};
 
 /// Map from network outputs to displacements of one geometry, prescribed ones written over them, in double precision.
@@ -55,14 +55,27 @@ impl OutputMap {
         output: Output,
         parameters: &Tensor<2>,
     ) -> Tensor<3> {
-        let [samples, count] = parameters.dims();
-        let values = numbers(parameters.clone());
-        let rows = (0..samples).map(|row| values[row * count..(row + 1) * count].to_vec());
-        let operation = Samples { map: self.clone(), parameters: rows.collect() };
-        let dtype = output.nodes.dtype();
+        let samples = parameters.dims()[0];
+        let parameters = numbers(parameters.clone());
+        let parameters = (0..samples).map(|sample| row(&[&parameters[..]], sample, samples));
+        let parameters: Arc<[Vec<f64>]> = parameters.collect();
+        let (map, dtype) = (self.clone(), output.nodes.dtype());
         let inputs = output.clusters.into_iter().chain([output.nodes]);
         let inputs = inputs.map(|x| x.cast(DType::F32).into_dispatch()).collect();
-        apply::<_, 3>(operation, inputs).cast(dtype)
+        let operation = move |inputs: &[HostTensor], _: bool| {
+            let values: Vec<_> = inputs.iter().map(HostTensor::values).collect();
+            let fields = parameters.par_iter().enumerate().map(|(sample, parameters)| {
+                let field = map.field(&row(&values, sample, samples), parameters);
+                field.map(|u| u as f32).collect::<Vec<_>>()
+            });
+            let fields: Vec<Vec<f32>> = fields.collect();
+            let output = HostTensor::new(fields.concat(), inputs[inputs.len() - 1].shape());
+            let (map, parameters, inputs) = (map.clone(), parameters.clone(), inputs.to_vec());
+            let pullback =
+                Pullback::new(move |cotangent, _| map.cotangents(&parameters, &inputs, cotangent));
+            (output, pullback)
+        };
+        apply::<3>(inputs, operation).cast(dtype)
     }
 
     /// Displacements where a network adds nothing.
@@ -80,7 +93,7 @@ impl OutputMap {
         parameters: &Tensor<2>,
     ) -> Vec<Vec<f64>> {
         let at = &numbers(parameters.clone())[..];
-        let outputs = self.completed(&output.rows(1)[0], at, None);
+        let outputs = self.completed(&rows(output, 1)[0], at, None);
         let tangent = |(parameter, change): (usize, Vec<f64>)| {
             let mut direction = vec![0.0; at.len()];
             direction[parameter] = 1.0;
@@ -93,7 +106,7 @@ impl OutputMap {
             self.add_anchors(&mut tangent, at, along);
             self.project(&tangent)
         };
-        change.rows(at.len()).into_iter().enumerate().map(tangent).collect()
+        rows(change, at.len()).into_iter().enumerate().map(tangent).collect()
     }
 
     /// A network's outputs and the polynomial's, or their derivatives along a direction of the parameters.
@@ -139,85 +152,76 @@ impl OutputMap {
         };
         rows.map(entry).collect()
     }
+    /// Displacement of a sample's outputs, node by node.
+    fn field(&self, outputs: &[f64], parameters: &[f64]) -> impl Iterator<Item = f64> {
+        let mut displacement = self.moved(&self.completed(outputs, parameters, None));
+        self.add_anchors(&mut displacement, parameters, None);
+        displacement.iter_mut().zip(&self.origin).for_each(|(u, origin)| *u += origin);
+        self.project(&displacement).into_iter().zip(&self.held).map(|(free, held)| free + held)
+    }
+
+    /// Cotangent of a sample's outputs from that of its displacement. That of outputs which the row lacks comes first.
+    fn pull_back(&self, outputs: &[f64], parameters: &[f64], cotangent: &[f64]) -> Vec<f64> {
+        let free = self.project(cotangent);
+        match &self.coordinates {
+            Coordinates::Components => scaled(&free, &self.scale),
+            Coordinates::Principal(directions) => directions.pull_back(&free),
+            Coordinates::Motions(motions) => {
+                let outputs = self.completed(outputs, parameters, None);
+                motions.tree().pull_back(&outputs, &free)
+            }
+        }
+    }
+
+    /// Cotangents of all samples' outputs.
+    fn cotangents(
+        &self,
+        parameters: &[Vec<f64>],
+        inputs: &[HostTensor],
+        cotangent: &[f32],
+    ) -> Cotangents {
+        let samples = parameters.len();
+        let values: Vec<_> = inputs.iter().map(HostTensor::values).collect();
+        let rows = parameters.par_iter().enumerate().map(|(sample, parameters)| {
+            let cotangent = row(&[cotangent], sample, samples);
+            self.pull_back(&row(&values, sample, samples), parameters, &cotangent)
+        });
+        let rows: Vec<Vec<f64>> = rows.collect();
+        let mut after = 0;
+        let gradient = |values: &&[f32]| {
+            let length = values.len() / samples.max(1);
+            after += length;
+            let part = |row: &Vec<f64>| {
+                let from = row.len() - after;
+                row[from..from + length].iter().map(|value| *value as f32).collect::<Vec<_>>()
+            };
+            Some(rows.iter().flat_map(part).collect())
+        };
+        // The last outputs end the rows.
+        let mut gradients: Cotangents = values.iter().rev().map(gradient).collect();
+        gradients.reverse();
+        gradients
+    }
 }
 
 fn scaled(values: &[f64], scale: &[f64]) -> Vec<f64> {
     values.iter().zip(scale).map(|(value, scale)| value * scale).collect()
 }
 
-/// The map at the standardised parameters of each sample.
-#[derive(Clone, Debug)]
-struct Samples {
-    map: Arc<OutputMap>,
-    parameters: Arc<[Vec<f64>]>,
+/// Outputs of clusters and then of nodes, a row for each sample.
+fn rows(output: &Output, samples: usize) -> Vec<Vec<f64>> {
+    let parts = output.clusters.iter().chain([&output.nodes]);
+    let parts: Vec<_> = parts.cloned().map(numbers).collect();
+    let parts: Vec<_> = parts.iter().map(Vec::as_slice).collect();
+    (0..samples).map(|sample| row(&parts, sample, samples)).collect()
 }
 
-impl Samples {
-    /// Displacement of a sample's outputs, node by node.
-    fn displacement(&self, sample: usize, outputs: &[f64]) -> impl Iterator<Item = f64> {
-        let (map, parameters) = (&*self.map, &self.parameters[sample]);
-        let mut displacement = map.moved(&map.completed(outputs, parameters, None));
-        map.add_anchors(&mut displacement, parameters, None);
-        displacement.iter_mut().zip(&map.origin).for_each(|(u, origin)| *u += origin);
-        map.project(&displacement).into_iter().zip(&map.held).map(|(free, held)| free + held)
-    }
-
-    /// Cotangent of a sample's outputs from that of its displacement. That of outputs which the row lacks comes first.
-    fn pull_back(&self, sample: usize, outputs: &[f64], cotangent: &[f64]) -> Vec<f64> {
-        let map = &*self.map;
-        let free = map.project(cotangent);
-        match &map.coordinates {
-            Coordinates::Components => scaled(&free, &map.scale),
-            Coordinates::Principal(directions) => directions.pull_back(&free),
-            Coordinates::Motions(motions) => {
-                let outputs = map.completed(outputs, &self.parameters[sample], None);
-                motions.tree().pull_back(&outputs, &free)
-            }
-        }
-    }
-}
-
-/// Numbers of one of `samples` in each of the inputs, in a row.
-fn row(inputs: &[HostTensor], sample: usize, samples: usize) -> Vec<f64> {
-    let part = |input: &'_ HostTensor| of_sample(input.values(), sample, samples);
-    inputs.iter().flat_map(part).collect()
-}
-
-fn of_sample(values: &[f32], sample: usize, samples: usize) -> Vec<f64> {
-    let length = values.len() / samples;
-    let part = &values[sample * length..(sample + 1) * length];
-    part.iter().map(|value| f64::from(*value)).collect()
-}
-
-impl HostOperation for Samples {
-    type Saved = Vec<HostTensor>;
-
-    fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Self::Saved>) {
-        let (shape, samples) = (inputs[inputs.len() - 1].shape(), self.parameters.len());
-        let fields = (0..samples).into_par_iter().map(|sample| {
-            let outputs = row(inputs, sample, samples);
-            self.displacement(sample, &outputs).map(|u| u as f32).collect::<Vec<_>>()
-        });
-        let fields: Vec<Vec<f32>> = fields.collect();
-        (HostTensor::new(fields.concat(), shape), tracked.then(|| inputs.to_vec()))
-    }
-
-    fn backward(&self, inputs: Self::Saved, cotangent: &[f32], _needed: &[bool]) -> Cotangents {
-        let samples = self.parameters.len();
-        let rows = (0..samples).into_par_iter().map(|sample| {
-            let cotangent = of_sample(cotangent, sample, samples);
-            self.pull_back(sample, &row(&inputs, sample, samples), &cotangent)
-        });
-        let rows: Vec<Vec<f64>> = rows.collect();
-        let length = |input: &HostTensor| input.values().len() / samples.max(1);
-        let gradient = |(number, input): (usize, &HostTensor)| {
-            let after: usize = inputs[number + 1..].iter().map(length).sum();
-            let part = |row: &'_ Vec<f64>| {
-                let end = row.len() - after;
-                row[end - length(input)..end].iter().map(|value| *value as f32).collect::<Vec<_>>()
-            };
-            Some(rows.iter().flat_map(part).collect())
-        };
-        inputs.iter().enumerate().map(gradient).collect()
-    }
+/// Numbers of one of `samples` in each of the parts, in a row.
+fn row<T: Copy + Into<f64>>(parts: &[&[T]], sample: usize, samples: usize) -> Vec<f64> {
+    let of_sample = |part: &&[T]| {
+        let length = part.len() / samples;
+        let values = part[sample * length..(sample + 1) * length].iter();
+        values.map(|&value| value.into()).collect::<Vec<f64>>()
+    };
+    parts.iter().flat_map(of_sample).collect()
 }

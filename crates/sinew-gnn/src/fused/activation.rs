@@ -44,18 +44,16 @@ fn tanh_slope<const FUSED: bool>(value: f32) -> f32 {
     multiply_add::<FUSED>(-value, value, 1.0)
 }
 
-/// Evaluates `$body` with `$value` and `$slope` bound to one activation's functions.
+/// Evaluates `$body` with `$f` bound to the function that belongs to an activation.
 macro_rules! for_activation {
-    ($activation:expr, $fused:ident, |$value:ident, $slope:ident| $body:expr) => {
+    ($activation:expr, $celu:expr, $tanh:expr, |$f:ident| $body:expr) => {
         match $activation {
             Activation::Celu => {
-                #[allow(unused_variables)]
-                let ($value, $slope) = (celu::<$fused>, celu_slope);
+                let $f = $celu;
                 $body
             }
             Activation::Tanh => {
-                #[allow(unused_variables)]
-                let ($value, $slope) = (tanh::<$fused>, tanh_slope::<$fused>);
+                let $f = $tanh;
                 $body
             }
         }
@@ -65,7 +63,7 @@ macro_rules! for_activation {
 vectorised! {
     /// `x = f(x)` for every number.
     pub(crate) fn activate<FUSED>(activation: Activation, x: &mut [f32]) {
-        for_activation!(activation, FUSED, |value, slope| {
+        for_activation!(activation, celu::<FUSED>, tanh::<FUSED>, |value| {
             for x in x {
                 *x = value(*x);
             }
@@ -74,7 +72,7 @@ vectorised! {
 
     /// `x = f(x + bias)` for every row of `x`.
     pub(crate) fn add_bias_and_activate<FUSED>(activation: Activation, bias: &[f32], x: &mut [f32]) {
-        for_activation!(activation, FUSED, |value, slope| {
+        for_activation!(activation, celu::<FUSED>, tanh::<FUSED>, |value| {
             for row in x.chunks_exact_mut(bias.len()) {
                 for (x, b) in row.iter_mut().zip(bias) {
                     *x = value(*x + b);
@@ -85,7 +83,7 @@ vectorised! {
 
     /// `output[i] = cotangent[i] · f'`, the derivative taken from the activation's `value`.
     pub(crate) fn pull_back<FUSED>(activation: Activation, value: &[f32], cotangent: &[f32], output: &mut [f32]) {
-        for_activation!(activation, FUSED, |f, slope| {
+        for_activation!(activation, celu_slope, tanh_slope::<FUSED>, |slope| {
             for ((d, c), y) in output.iter_mut().zip(cotangent).zip(value) {
                 *d = c * slope(*y);
             }
@@ -100,7 +98,7 @@ vectorised! {
         bias_gradient: &mut [f32],
     ) {
         let width = bias_gradient.len();
-        for_activation!(activation, FUSED, |f, slope| {
+        for_activation!(activation, celu_slope, tanh_slope::<FUSED>, |slope| {
             for (row, y) in cotangent.chunks_exact_mut(width).zip(value.chunks_exact(width)) {
                 for ((d, y), sum) in row.iter_mut().zip(y).zip(bias_gradient.iter_mut()) {
                     *d *= slope(*y);
@@ -124,7 +122,7 @@ vectorised! {
     ) {
         let width = weight.len();
         let (bias_gradient, weight_gradient) = (&mut bias_gradient[..width], &mut weight_gradient[..width]);
-        for_activation!(activation, FUSED, |f, slope| {
+        for_activation!(activation, celu_slope, tanh_slope::<FUSED>, |slope| {
             for ((row, h), c) in output.chunks_exact_mut(width).zip(value.chunks_exact(width)).zip(cotangent) {
                 for j in 0..width {
                     let d = c * weight[j] * slope(h[j]);

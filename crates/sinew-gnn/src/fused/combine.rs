@@ -1,10 +1,10 @@
 //! Sums of two tensors, concatenated rows and normalised rows: plain operations that Burn's own code leaves slow where it is not optimised.
 
 use crate::fused::LayerNormalisation;
-use crate::fused::host::{Cotangents, HostOperation, HostTensor, apply, is_on_host};
+use crate::fused::host::{Cotangents, HostTensor, Pullback, apply, is_on_host};
 use crate::fused::normalise::{Normalisation, normalise, pull_back_normalisation};
 use crate::fused::reference;
-use burn::tensor::{Shape, Tensor};
+use burn::tensor::Tensor;
 
 /// `a + b` of tensors of one shape, as one operation.
 ///
@@ -20,23 +20,16 @@ use burn::tensor::{Shape, Tensor};
 /// When the shapes differ.
 pub fn sum(a: Tensor<2>, b: Tensor<2>) -> Tensor<2> {
     assert_eq!(a.dims(), b.dims(), "tensors of a sum must have one shape");
-    if is_on_host(&a) { apply(Sum, vec![a.into_dispatch(), b.into_dispatch()]) } else { a + b }
-}
-
-#[derive(Clone, Debug)]
-struct Sum;
-
-impl HostOperation for Sum {
-    type Saved = ();
-
-    fn forward(&self, inputs: &[HostTensor], _tracked: bool) -> (HostTensor, Option<()>) {
+    if !is_on_host(&a) {
+        return a + b;
+    }
+    apply(vec![a.into_dispatch(), b.into_dispatch()], |inputs, _| {
         let sums = inputs[0].values().iter().zip(inputs[1].values()).map(|(a, b)| a + b);
-        (HostTensor::new(sums.collect(), inputs[0].shape()), Some(()))
-    }
-
-    fn backward(&self, (): (), cotangent: &[f32], needed: &[bool]) -> Cotangents {
-        needed.iter().map(|needed| needed.then(|| cotangent.to_vec())).collect()
-    }
+        let pullback = Pullback::new(|cotangent, needed| {
+            needed.iter().map(|needed| needed.then(|| cotangent.to_vec())).collect()
+        });
+        (HostTensor::new(sums.collect(), inputs[0].shape()), pullback)
+    })
 }
 
 /// Concatenation of `parts` after each other along the axis `axis`, as one operation.
@@ -59,45 +52,33 @@ pub fn concatenated<const R: usize>(parts: Vec<Tensor<R>>, axis: usize) -> Tenso
     if !(2..=3).contains(&parts.len()) || !parts.iter().all(is_on_host) {
         return Tensor::cat(parts, axis);
     }
-    let rows = shape[..axis].iter().product();
-    let operation = Concatenated { rows, shape: shape.into() };
-    apply(operation, parts.into_iter().map(Tensor::into_dispatch).collect())
-}
-
-#[derive(Clone, Debug)]
-struct Concatenated {
-    /// Rows, each of which is that of all parts after each other.
-    rows: usize,
-    shape: Shape,
-}
-
-impl HostOperation for Concatenated {
-    /// Lengths of the parts' rows.
-    type Saved = Vec<usize>;
-
-    fn forward(&self, inputs: &[HostTensor], _tracked: bool) -> (HostTensor, Option<Self::Saved>) {
-        let widths = inputs.iter().map(|part| part.values().len() / self.rows.max(1));
+    // Each row is that of all parts after each other.
+    let rows: usize = shape[..axis].iter().product();
+    apply(parts.into_iter().map(Tensor::into_dispatch).collect(), move |parts, _| {
+        let widths = parts.iter().map(|part| part.values().len() / rows.max(1));
         let widths: Vec<usize> = widths.collect();
-        let mut output = Vec::with_capacity(self.shape.num_elements());
-        for row in 0..self.rows {
-            for (part, width) in inputs.iter().zip(&widths) {
+        let mut output = Vec::with_capacity(shape.iter().product());
+        for row in 0..rows {
+            for (part, width) in parts.iter().zip(&widths) {
                 output.extend_from_slice(&part.values()[row * width..(row + 1) * width]);
             }
         }
-        (HostTensor::new(output, self.shape.clone()), Some(widths))
-    }
+        let pullback = Pullback::new(move |cotangent, needed| divided(&widths, cotangent, needed));
+        (HostTensor::new(output, shape), pullback)
+    })
+}
 
-    fn backward(&self, widths: Self::Saved, cotangent: &[f32], needed: &[bool]) -> Cotangents {
-        let row: usize = widths.iter().sum();
-        let mut start = 0;
-        let part = |(width, needed): (&usize, &bool)| {
-            start += width;
-            let columns = start - width..start;
-            let rows = cotangent.chunks_exact(row.max(1));
-            needed.then(|| rows.flat_map(|row| &row[columns.clone()]).copied().collect())
-        };
-        widths.iter().zip(needed).map(part).collect()
-    }
+/// Parts of these widths of every row.
+fn divided(widths: &[usize], rows: &[f32], needed: &[bool]) -> Cotangents {
+    let row: usize = widths.iter().sum();
+    let mut start = 0;
+    let part = |(width, needed): (&usize, &bool)| {
+        start += width;
+        let columns = start - width..start;
+        let rows = rows.chunks_exact(row.max(1));
+        needed.then(|| rows.flat_map(|row| &row[columns.clone()]).copied().collect())
+    };
+    widths.iter().zip(needed).map(part).collect()
 }
 
 /// Rows `[rows, m]` of mean zero and variance one, times gain plus offset, as one operation.
@@ -119,42 +100,27 @@ impl HostOperation for Concatenated {
 pub fn normalised(x: Tensor<2>, normalisation: LayerNormalisation) -> Tensor<2> {
     let LayerNormalisation { gain, offset, epsilon } = normalisation.clone();
     assert_eq!([gain.dims(), offset.dims()], [[x.dims()[1]]; 2], "a gain and an offset per column");
-    match is_on_host(&x) && x.dims()[1] > 0 {
-        true => apply(
-            Normalised { epsilon: epsilon as f32 },
-            vec![x.into_dispatch(), gain.into_dispatch(), offset.into_dispatch()],
-        ),
-        false => reference::normalised(x, normalisation),
+    if !is_on_host(&x) || x.dims()[1] == 0 {
+        return reference::normalised(x, normalisation);
     }
-}
-
-#[derive(Clone, Debug)]
-struct Normalised {
-    epsilon: f32,
-}
-
-impl HostOperation for Normalised {
-    /// Gain, normalised rows, and the inverse deviation of each.
-    type Saved = (HostTensor, Vec<f32>, Vec<f32>);
-
-    fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Self::Saved>) {
+    let inputs = vec![x.into_dispatch(), gain.into_dispatch(), offset.into_dispatch()];
+    apply(inputs, move |inputs, _| {
         let [x, gain, offset] = inputs else { panic!("rows, gain and offset") };
         let mut output = x.values().to_vec();
         let mut rows = vec![0.0; output.len()];
         let mut inverse = vec![0.0; output.len() / gain.values().len()];
-        let normalisation =
-            Normalisation { gain: gain.values(), offset: offset.values(), epsilon: self.epsilon };
+        let epsilon = epsilon as f32;
+        let normalisation = Normalisation { gain: gain.values(), offset: offset.values(), epsilon };
         normalise(normalisation, &mut output, &mut rows, &mut inverse);
-        let saved = tracked.then(|| (gain.clone(), rows, inverse));
-        (HostTensor::new(output, x.shape()), saved)
-    }
-
-    fn backward(&self, saved: Self::Saved, cotangent: &[f32], _: &[bool]) -> Cotangents {
-        let (gain, rows, inverse) = saved;
-        let width = gain.values().len();
-        let (gain, mut all) = (gain.values(), [rows.len(), width, width].map(|n| vec![0.0; n]));
-        let [of_x, of_gain, of_offset] = &mut all;
-        pull_back_normalisation(gain, &rows, &inverse, cotangent, of_x, of_gain, of_offset);
-        all.map(Some).into()
-    }
+        let gain = gain.clone();
+        let pullback = Pullback::new(move |cotangent, _| {
+            let width = gain.values().len();
+            let mut all = [rows.len(), width, width].map(|n| vec![0.0; n]);
+            let [of_x, of_gain, of_offset] = &mut all;
+            let gain = gain.values();
+            pull_back_normalisation(gain, &rows, &inverse, cotangent, of_x, of_gain, of_offset);
+            all.map(Some).into()
+        });
+        (HostTensor::new(output, x.shape()), pullback)
+    })
 }

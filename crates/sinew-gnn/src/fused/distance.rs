@@ -1,9 +1,8 @@
 //! Mean distance of rows.
 
-use crate::fused::host::{Cotangents, HostOperation, HostTensor, apply, is_on_host};
+use crate::fused::host::{HostTensor, Pullback, apply, is_on_host};
 use crate::fused::reference;
 use burn::tensor::{Tensor, TensorData};
-use std::sync::Arc;
 
 /// Mean of `√(‖(x − y) / unit‖² + floor)` over the rows of `x`, `[.., .., D]`, and those of `y`, as one operation.
 ///
@@ -20,45 +19,26 @@ use std::sync::Arc;
 pub fn mean_distance(x: Tensor<3>, y: Vec<f32>, unit: f32, floor: f32) -> Tensor<1> {
     let shape = x.dims();
     assert_eq!(y.len(), shape.iter().product::<usize>(), "rows that are compared");
-    match is_on_host(&x) && !y.is_empty() {
-        true => {
-            let operation = MeanDistance { y: y.into(), width: shape[2], unit, floor };
-            apply(operation, vec![x.into_dispatch()])
-        }
-        false => {
-            let y = Tensor::from_data(TensorData::new(y, shape), (&x.device(), x.dtype()));
-            reference::mean_norm((x - y) / unit, floor)
-        }
+    if !is_on_host(&x) || y.is_empty() {
+        let y = Tensor::from_data(TensorData::new(y, shape), (&x.device(), x.dtype()));
+        return reference::mean_norm((x - y) / unit, floor);
     }
-}
-
-#[derive(Clone, Debug)]
-struct MeanDistance {
-    y: Arc<[f32]>,
-    width: usize,
-    unit: f32,
-    floor: f32,
-}
-
-impl HostOperation for MeanDistance {
-    /// Gradient of the mean.
-    type Saved = Arc<[f32]>;
-
-    fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Self::Saved>) {
-        let mut difference: Vec<f32> =
-            inputs[0].values().iter().zip(&*self.y).map(|(x, y)| (x - y) / self.unit).collect();
-        let (share, mut sum) = (self.width as f32 / difference.len() as f32, 0.0);
-        for row in difference.chunks_exact_mut(self.width) {
+    let width = shape[2];
+    apply(vec![x.into_dispatch()], move |inputs, _| {
+        let pairs = inputs[0].values().iter().zip(&y);
+        let mut difference: Vec<f32> = pairs.map(|(x, y)| (x - y) / unit).collect();
+        let (share, mut sum) = (width as f32 / difference.len() as f32, 0.0);
+        for row in difference.chunks_exact_mut(width) {
             let squared: f32 = row.iter().map(|d| d * d).sum();
-            let distance = (squared + self.floor).sqrt();
+            let distance = (squared + floor).sqrt();
             sum += f64::from(distance);
-            row.iter_mut().for_each(|d| *d *= share / (distance * self.unit));
+            row.iter_mut().for_each(|d| *d *= share / (distance * unit));
         }
         let mean = (sum * f64::from(share)) as f32;
-        (HostTensor::new(vec![mean], [1]), tracked.then(|| difference.into()))
-    }
-
-    fn backward(&self, gradient: Self::Saved, cotangent: &[f32], _needed: &[bool]) -> Cotangents {
-        vec![Some(gradient.iter().map(|g| g * cotangent[0]).collect())]
-    }
+        let gradient = difference;
+        let pullback = Pullback::new(move |cotangent, _| {
+            vec![Some(gradient.iter().map(|g| g * cotangent[0]).collect())]
+        });
+        (HostTensor::new(vec![mean], [1]), pullback)
+    })
 }

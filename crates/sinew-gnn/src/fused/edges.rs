@@ -1,8 +1,8 @@
 //! Sums of edge messages at the nodes of a graph.
 
 use crate::fused::error::IndexError;
-use crate::fused::host::{Cotangents, HostOperation, HostTensor, apply, is_on_host};
-use crate::fused::index::{Gather, GatherPlan, check, inverse};
+use crate::fused::host::{HostTensor, Pullback, apply, is_on_host};
+use crate::fused::index::{Gather, GatherPlan, Index};
 use crate::fused::reference;
 use crate::fused::rows::add_up;
 use burn::tensor::Tensor;
@@ -18,10 +18,8 @@ const EDGES_PER_TASK: usize = 64;
 #[derive(Debug)]
 pub struct EdgeTopology {
     pub(super) nodes: usize,
-    pub(super) senders: Vec<u32>,
-    pub(super) receivers: Vec<u32>,
-    received: Vec<Vec<usize>>,
-    sent: Vec<Vec<usize>>,
+    pub(super) senders: Index,
+    pub(super) receivers: Index,
 }
 
 impl EdgeTopology {
@@ -35,14 +33,13 @@ impl EdgeTopology {
             let [senders, receivers] = [senders, receivers].map(<[usize]>::len);
             return Err(IndexError::UnpairedEdges { senders, receivers });
         }
-        let (senders, receivers) = (check(senders, nodes)?, check(receivers, nodes)?);
-        let (received, sent) = (inverse(&receivers, nodes), inverse(&senders, nodes));
-        Ok(Arc::new(Self { nodes, senders, receivers, received, sent }))
+        let (senders, receivers) = (Index::new(senders, nodes)?, Index::new(receivers, nodes)?);
+        Ok(Arc::new(Self { nodes, senders, receivers }))
     }
 
     /// Numbers of nodes and of edges.
     pub fn size(&self) -> [usize; 2] {
-        [self.nodes, self.senders.len()]
+        [self.nodes, self.senders.targets.len()]
     }
 }
 
@@ -50,18 +47,10 @@ impl GatherPlan {
     /// One row per edge, from three sources: a row per edge, and two sources of a row per node,
     /// read at the receiving and at the sending node.
     pub fn edges(topology: &EdgeTopology) -> Arc<Self> {
-        let EdgeTopology { nodes, senders, receivers, received, sent } = topology;
-        let read_at = |index: &Vec<u32>, inverse: &Vec<_>| Gather::Indexed {
-            index: index.clone(),
-            inverse: inverse.clone(),
-        };
-        let (receiver, sender) = (read_at(receivers, received), read_at(senders, sent));
-        let (edges, nodes) = (senders.len(), *nodes);
-        Arc::new(Self {
-            rows: edges,
-            sources: vec![Gather::Identity, receiver, sender],
-            source_rows: vec![edges, nodes, nodes],
-        })
+        let [nodes, edges] = topology.size();
+        let of_nodes = |index: &Index| (Gather::Indexed(index.clone()), nodes);
+        let (receivers, senders) = (of_nodes(&topology.receivers), of_nodes(&topology.senders));
+        Arc::new(Self { rows: edges, sources: vec![(Gather::Identity, edges), receivers, senders] })
     }
 }
 
@@ -84,50 +73,41 @@ pub fn received_edge_sum(messages: Tensor<2>, topology: &Arc<EdgeTopology>) -> T
 
 fn sum(messages: Tensor<2>, topology: &Arc<EdgeTopology>, signed: bool) -> Tensor<2> {
     let [edges, width] = messages.dims();
-    assert_eq!(edges, topology.senders.len(), "messages must have one row per edge");
+    assert_eq!(edges, topology.size()[1], "messages must have one row per edge");
     if !is_on_host(&messages) || width == 0 {
         return match signed {
             true => reference::signed_edge_sum(messages, topology),
             false => reference::received_edge_sum(messages, topology),
         };
     }
-    apply(EdgeSum { topology: topology.clone(), signed }, vec![messages.into_dispatch()])
-}
-
-#[derive(Clone, Debug)]
-struct EdgeSum {
-    topology: Arc<EdgeTopology>,
-    /// Whether sent messages count, negatively.
-    signed: bool,
-}
-
-impl HostOperation for EdgeSum {
-    type Saved = usize;
-
-    fn forward(&self, inputs: &[HostTensor], _tracked: bool) -> (HostTensor, Option<usize>) {
-        let (messages, width) = (inputs[0].values(), inputs[0].last_dimension());
-        let mut sums = vec![0.0; self.topology.nodes * width];
-        add_up(messages, &self.topology.received, 1.0, width, &mut sums);
-        if self.signed {
-            add_up(messages, &self.topology.sent, -1.0, width, &mut sums);
+    let topology = topology.clone();
+    apply(vec![messages.into_dispatch()], move |inputs, _| {
+        let messages = inputs[0].values();
+        let mut sums = vec![0.0; topology.nodes * width];
+        add_up(messages, &topology.receivers.inverse, 1.0, width, &mut sums);
+        if signed {
+            add_up(messages, &topology.senders.inverse, -1.0, width, &mut sums);
         }
-        (HostTensor::new(sums, [self.topology.nodes, width]), Some(width))
-    }
-
-    fn backward(&self, width: usize, cotangent: &[f32], _needed: &[bool]) -> Cotangents {
-        let mut gradient = vec![0.0; self.topology.senders.len() * width];
-        let edges = gradient.par_chunks_exact_mut(width).enumerate().with_min_len(EDGES_PER_TASK);
-        edges.for_each(|(edge, gradient)| {
-            gradient.copy_from_slice(row(cotangent, self.topology.receivers[edge], width));
-            if self.signed {
-                let sent = row(cotangent, self.topology.senders[edge], width);
-                gradient.iter_mut().zip(sent).for_each(|(sum, value)| *sum -= value);
-            }
+        let output = HostTensor::new(sums, [topology.nodes, width]);
+        let topology = topology.clone();
+        let pullback = Pullback::new(move |cotangent, _| {
+            vec![Some(differences(&topology, signed, width, cotangent))]
         });
-        vec![Some(gradient)]
-    }
+        (output, pullback)
+    })
 }
 
-fn row(values: &[f32], index: u32, width: usize) -> &[f32] {
-    &values[index as usize * width..][..width]
+/// Cotangents of the edges' messages from those of the nodes' sums.
+fn differences(topology: &EdgeTopology, signed: bool, width: usize, cotangent: &[f32]) -> Vec<f32> {
+    let of_node = |node: u32| &cotangent[node as usize * width..][..width];
+    let mut gradient = vec![0.0; topology.size()[1] * width];
+    let edges = gradient.par_chunks_exact_mut(width).enumerate().with_min_len(EDGES_PER_TASK);
+    edges.for_each(|(edge, gradient)| {
+        gradient.copy_from_slice(of_node(topology.receivers.targets[edge]));
+        if signed {
+            let sent = of_node(topology.senders.targets[edge]);
+            gradient.iter_mut().zip(sent).for_each(|(sum, value)| *sum -= value);
+        }
+    });
+    gradient
 }

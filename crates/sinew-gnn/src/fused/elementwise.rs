@@ -1,7 +1,7 @@
 //! Activations of whole tensors.
 
 use crate::fused::activation::{self, Activation};
-use crate::fused::host::{Cotangents, HostOperation, HostTensor, apply, is_on_host};
+use crate::fused::host::{HostTensor, Pullback, apply, is_on_host};
 use crate::fused::reference;
 use burn::tensor::Tensor;
 use rayon::prelude::*;
@@ -21,35 +21,25 @@ const NUMBERS_PER_TASK: usize = 1 << 15;
 /// assert_eq!(y[1..], [0.0, 2.0]);
 /// ```
 pub fn activate<const D: usize>(x: Tensor<D>, activation: Activation) -> Tensor<D> {
-    match is_on_host(&x) {
-        true => apply(Elementwise(activation), vec![x.into_dispatch()]),
-        false => reference::activate(x, activation),
+    if !is_on_host(&x) {
+        return reference::activate(x, activation);
     }
-}
-
-#[derive(Clone, Debug)]
-struct Elementwise(Activation);
-
-impl HostOperation for Elementwise {
-    /// The output.
-    type Saved = HostTensor;
-
-    fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<HostTensor>) {
+    apply(vec![x.into_dispatch()], move |inputs, _| {
         let mut output = inputs[0].values().to_vec();
-        output.par_chunks_mut(NUMBERS_PER_TASK).for_each(|x| activation::activate(self.0, x));
+        output.par_chunks_mut(NUMBERS_PER_TASK).for_each(|x| activation::activate(activation, x));
         let output = HostTensor::new(output, inputs[0].shape());
-        (output.clone(), tracked.then_some(output))
-    }
-
-    fn backward(&self, output: HostTensor, cotangent: &[f32], _needed: &[bool]) -> Cotangents {
-        let mut gradient = vec![0.0; cotangent.len()];
-        gradient
-            .par_chunks_mut(NUMBERS_PER_TASK)
-            .zip(output.values().par_chunks(NUMBERS_PER_TASK))
-            .zip(cotangent.par_chunks(NUMBERS_PER_TASK))
-            .for_each(|((gradient, value), cotangent)| {
-                activation::pull_back(self.0, value, cotangent, gradient);
-            });
-        vec![Some(gradient)]
-    }
+        let value = output.clone();
+        let pullback = Pullback::new(move |cotangent, _| {
+            let mut gradient = vec![0.0; cotangent.len()];
+            gradient
+                .par_chunks_mut(NUMBERS_PER_TASK)
+                .zip(value.values().par_chunks(NUMBERS_PER_TASK))
+                .zip(cotangent.par_chunks(NUMBERS_PER_TASK))
+                .for_each(|((gradient, value), cotangent)| {
+                    activation::pull_back(activation, value, cotangent, gradient);
+                });
+            vec![Some(gradient)]
+        });
+        (output, pullback)
+    })
 }

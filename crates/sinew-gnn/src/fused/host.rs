@@ -1,6 +1,6 @@
 //! The one bridge between Burn and plain Rust: differentiable operations on host memory.
 //!
-//! An operation implements [`HostOperation`] over slices; [`apply`] makes it a node of Burn's
+//! An operation is a function of slices that returns its output and a [`Pullback`]; [`apply`] makes it a node of Burn's
 //! autodiff graph on every backend. On Flex the slices are the tensors' own memory.
 
 use crate::fused::pool::keep_freed_memory;
@@ -21,7 +21,7 @@ use burn::tensor::{DType, Shape, Tensor, TensorData};
 use std::any::Any;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
-use std::fmt::Debug;
+use std::fmt::{self, Debug, Formatter};
 use std::sync::Arc;
 
 /// Whether a tensor of single precision is in the memory of the processor, where fused operations work. A graphics processor
@@ -52,123 +52,69 @@ impl HostTensor {
         self.0.shape()
     }
 
-    /// Length of the fastest axis.
-    pub(crate) fn last_dimension(&self) -> usize {
-        self.shape().as_slice().last().copied().unwrap_or(1)
-    }
-
     /// Shares the memory of Flex tensors, reads back others.
     fn read<B: Backend>(tensor: FloatTensor<B>) -> Self {
-        let tensor: Box<dyn Any> = Box::new(tensor);
-        match tensor.downcast::<FlexTensor>() {
-            Ok(tensor) => Self(tensor.to_contiguous()),
-            Err(tensor) => {
-                let tensor =
-                    tensor.downcast::<FloatTensor<B>>().expect("the type it was boxed with");
-                let data =
-                    read_sync(B::float_into_data(*tensor)).expect("tensors can be read back");
-                Self(FlexTensor::from_data(data))
-            }
-        }
+        let flex =
+            (&tensor as &dyn Any).downcast_ref::<FlexTensor>().map(FlexTensor::to_contiguous);
+        let read_back = || {
+            let data = read_sync(B::float_into_data(tensor)).expect("tensors can be read back");
+            FlexTensor::from_data(data)
+        };
+        Self(flex.unwrap_or_else(read_back))
     }
 
     fn write<B: Backend>(self, device: &B::Device) -> FloatTensor<B> {
-        let tensor: Box<dyn Any> = Box::new(self.0);
-        match tensor.downcast::<FloatTensor<B>>() {
-            Ok(tensor) => *tensor,
-            Err(tensor) => {
-                let tensor = tensor.downcast::<FlexTensor>().expect("the type it was boxed with");
-                B::float_from_data(tensor.into_data(), device)
-            }
-        }
+        let flex = (&self.0 as &dyn Any).downcast_ref::<FloatTensor<B>>().cloned();
+        flex.unwrap_or_else(|| B::float_from_data(self.0.into_data(), device))
     }
 }
 
 /// Cotangents of the inputs of an operation; none where it was not asked for.
 pub(crate) type Cotangents = Vec<Option<Vec<f32>>>;
 
-/// A differentiable function of host tensors with one output.
-pub(crate) trait HostOperation: Clone + Debug + Send + Sync + 'static {
-    /// Tensors that the backward pass needs.
-    type Saved: Clone + Debug + Send + Sync + 'static;
+/// Transposed derivative of an operation at its inputs, from the cotangent of the output. The flags say which inputs need a
+/// cotangent; those of others may be left out.
+#[derive(Clone)]
+pub(crate) struct Pullback(Arc<dyn Fn(&[f32], &[bool]) -> Cotangents + Send + Sync>);
 
-    /// The output, and when `tracked` what the backward pass needs.
-    fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Self::Saved>);
-
-    /// Gradients of the inputs, from that of the output; those not `needed` may be left out.
-    fn backward(&self, saved: Self::Saved, cotangent: &[f32], needed: &[bool]) -> Cotangents;
-}
-
-/// Any [`HostOperation`]. Nodes of Burn's graph are compiled once for each number of inputs, and not for each operation again.
-pub(crate) trait AnyOperation {
-    /// The output, and when `tracked` the derivative at these inputs.
-    fn evaluate(
-        &self,
-        inputs: &[HostTensor],
-        tracked: bool,
-    ) -> (HostTensor, Option<Arc<dyn Pullback>>);
-}
-
-impl<O: HostOperation> AnyOperation for O {
-    fn evaluate(
-        &self,
-        inputs: &[HostTensor],
-        tracked: bool,
-    ) -> (HostTensor, Option<Arc<dyn Pullback>>) {
-        let (output, saved) = self.forward(inputs, tracked);
-        let at_inputs =
-            |saved| Arc::new(AtInputs { operation: self.clone(), saved }) as Arc<dyn Pullback>;
-        (output, saved.map(at_inputs))
+impl Pullback {
+    pub(crate) fn new(
+        pull: impl Fn(&[f32], &[bool]) -> Cotangents + Send + Sync + 'static,
+    ) -> Self {
+        Self(Arc::new(pull))
     }
 }
 
-/// Transposed derivative of an operation at its inputs.
-pub(crate) trait Pullback: Debug + Send + Sync {
-    /// [`HostOperation::backward`].
-    fn pull(self: Arc<Self>, cotangent: &[f32], needed: &[bool]) -> Cotangents;
-}
-
-#[derive(Clone, Debug)]
-struct AtInputs<O: HostOperation> {
-    operation: O,
-    saved: O::Saved,
-}
-
-impl<O: HostOperation> Pullback for AtInputs<O> {
-    fn pull(self: Arc<Self>, cotangent: &[f32], needed: &[bool]) -> Cotangents {
-        let Self { operation, saved } = Arc::unwrap_or_clone(self);
-        operation.backward(saved, cotangent, needed)
+impl Debug for Pullback {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        formatter.write_str("Pullback")
     }
 }
+
+/// A differentiable function of host tensors with one output. The flag says whether its derivative is asked for, so that what only
+/// that needs is kept. Nodes of Burn's graph are compiled once for each number of inputs, and not for each operation again.
+type Operation = dyn Fn(&[HostTensor], bool) -> (HostTensor, Pullback);
 
 /// Evaluates `operation` on single-precision `inputs` and records it for differentiation.
 ///
 /// # Panics
 /// For numbers of inputs that no operation has, see the table below.
-pub(crate) fn apply<O: HostOperation, const D: usize>(
-    operation: O,
+pub(crate) fn apply<const D: usize>(
     inputs: Vec<DispatchTensor>,
+    operation: impl Fn(&[HostTensor], bool) -> (HostTensor, Pullback) + 'static,
 ) -> Tensor<D> {
     Tensor::from_dispatch(dispatch(&operation, inputs))
 }
 
 fn forward<B: Backend, const N: usize>(
     inputs: [FloatTensor<B>; N],
-    operation: &dyn AnyOperation,
+    operation: &Operation,
     tracked: bool,
-) -> (FloatTensor<B>, Option<Arc<dyn Pullback>>) {
+) -> (FloatTensor<B>, Pullback) {
     keep_freed_memory();
     let device = inputs[0].device();
-    let inputs = inputs.map(HostTensor::read::<B>);
-    let (output, pullback) = operation.evaluate(&inputs, tracked);
+    let (output, pullback) = operation(&inputs.map(HostTensor::read::<B>), tracked);
     (output.write::<B>(&device), pullback)
-}
-
-/// State of a backward step, with the shapes of the gradients.
-#[derive(Clone, Debug)]
-struct Kept<const N: usize> {
-    pullback: Arc<dyn Pullback>,
-    shapes: [Shape; N],
 }
 
 /// Most entries of [`BEGUN`]; entries of gradients that Burn's own operations consume stay behind.
@@ -194,16 +140,17 @@ fn is_begun(node: NodeId) -> bool {
 struct HostBackward;
 
 impl<B: Backend, const N: usize> Backward<B, N> for HostBackward {
-    type State = Kept<N>;
+    /// With the shapes of the gradients.
+    type State = (Pullback, [Shape; N]);
 
     fn backward(self, ops: Ops<Self::State, N>, gradients: &mut Gradients, _: &mut Checkpointer) {
         let cotangent = gradients.consume::<B>(&ops.node);
         BEGUN.with_borrow_mut(|begun| begun.remove(&ops.node.id));
         let device = cotangent.device();
         let cotangent = HostTensor::read::<B>(cotangent);
-        let Kept { pullback, shapes } = ops.state;
+        let (Pullback(pull), shapes) = ops.state;
         let needed = ops.parents.each_ref().map(Option::is_some);
-        let results = pullback.pull(cotangent.values(), &needed);
+        let results = pull(cotangent.values(), &needed);
         for ((parent, result), shape) in ops.parents.iter().zip(results).zip(shapes) {
             if let (Some(parent), Some(mut values)) = (parent, result) {
                 let is_leaf = parent.parents.is_empty();
@@ -220,7 +167,7 @@ impl<B: Backend, const N: usize> Backward<B, N> for HostBackward {
 
 fn differentiable<B: Backend, C: CheckpointStrategy, const N: usize>(
     inputs: [FloatTensor<Autodiff<B, C>>; N],
-    operation: &dyn AnyOperation,
+    operation: &Operation,
 ) -> FloatTensor<Autodiff<B, C>> {
     let nodes = inputs.each_ref().map(|input| input.node());
     let shapes = inputs.each_ref().map(|input| input.shape());
@@ -228,8 +175,7 @@ fn differentiable<B: Backend, C: CheckpointStrategy, const N: usize>(
     match Backward::<B, N>::prepare::<C>(HostBackward, nodes).compute_bound().stateful() {
         OpsKind::Tracked(step) => {
             let (output, pullback) = forward::<B, N>(primitives, operation, true);
-            let pullback = pullback.expect("a tracked operation saves its state");
-            step.finish(Kept { pullback, shapes }, output)
+            step.finish((pullback, shapes), output)
         }
         OpsKind::UnTracked(step) => step.finish(forward::<B, N>(primitives, operation, false).0),
     }
@@ -242,7 +188,7 @@ macro_rules! operations {
         #[backend_extension(Autodiff, Flex, NdArray: cfg(feature = "ndarray"), Cube: cfg(any(feature = "wgpu", feature = "cuda")))]
         pub(crate) trait HostBackend: Backend {
             $(#[allow(clippy::too_many_arguments)]
-            fn $name($($input: FloatTensor<Self>),+, operation: &dyn AnyOperation) -> FloatTensor<Self> {
+            fn $name($($input: FloatTensor<Self>),+, operation: &Operation) -> FloatTensor<Self> {
                 forward::<Self, $count>([$($input),+], operation, false).0
             })+
         }
@@ -256,12 +202,12 @@ macro_rules! operations {
         impl HostBackend for burn::backend::Cube {}
 
         impl<B: Backend, C: CheckpointStrategy> HostBackend for Autodiff<B, C> {
-            $(fn $name($($input: FloatTensor<Self>),+, operation: &dyn AnyOperation) -> FloatTensor<Self> {
+            $(fn $name($($input: FloatTensor<Self>),+, operation: &Operation) -> FloatTensor<Self> {
                 differentiable::<B, C, $count>([$($input),+], operation)
             })+
         }
 
-        fn dispatch(operation: &dyn AnyOperation, inputs: Vec<DispatchTensor>) -> DispatchTensor {
+        fn dispatch(operation: &Operation, inputs: Vec<DispatchTensor>) -> DispatchTensor {
             match inputs.len() {
                 $($count => {
                     let [$($input),+]: [DispatchTensor; $count] =

@@ -4,20 +4,26 @@ use crate::fused::error::IndexError;
 use sinew_num::cells_of_nodes;
 use std::sync::Arc;
 
-/// Checks that all of `indices` are below `count` and shortens them.
-pub(crate) fn check(indices: &[usize], count: usize) -> Result<Vec<u32>, IndexError> {
-    let most = indices.len().max(count);
-    u32::try_from(most).map_err(|_| IndexError::TooMany(most))?;
-    let narrow = |(position, &index): (usize, &usize)| match index < count {
-        true => Ok(index as u32),
-        false => Err(IndexError::OutOfRange { position, index, count }),
-    };
-    indices.iter().enumerate().map(narrow).collect()
+/// Targets that entries refer to.
+#[derive(Clone, Debug)]
+pub(crate) struct Index {
+    /// Target of each entry.
+    pub targets: Vec<u32>,
+    /// Entries that refer to each target, in ascending order.
+    pub inverse: Vec<Vec<usize>>,
 }
 
-/// Entries that refer to each target, in ascending order.
-pub(crate) fn inverse(indices: &[u32], targets: usize) -> Vec<Vec<usize>> {
-    cells_of_nodes(targets, indices.iter().map(|&index| [index as usize]))
+impl Index {
+    /// Requires that all of `targets` are below `count`.
+    pub(crate) fn new(targets: &[usize], count: usize) -> Result<Self, IndexError> {
+        let most = targets.len().max(count);
+        u32::try_from(most).map_err(|_| IndexError::TooMany(most))?;
+        if let Some(position) = targets.iter().position(|&target| target >= count) {
+            return Err(IndexError::OutOfRange { position, index: targets[position], count });
+        }
+        let inverse = cells_of_nodes(count, targets.iter().map(|&target| [target]));
+        Ok(Self { targets: targets.iter().map(|&target| target as u32).collect(), inverse })
+    }
 }
 
 /// Row of the source that each row of the result reads.
@@ -29,8 +35,8 @@ pub(crate) enum Gather {
     Cyclic { period: usize },
     /// Row `r` reads row `r / times`, as in a source whose rows are each repeated.
     Repeated { times: usize },
-    /// Row `r` reads row `index[r]`; with the [`inverse`] of the index.
-    Indexed { index: Vec<u32>, inverse: Vec<Vec<usize>> },
+    /// Row `r` reads the row that it refers to.
+    Indexed(Index),
 }
 
 /// Says, for several sources, which of their rows meet in which row of a result.
@@ -41,16 +47,14 @@ pub(crate) enum Gather {
 pub struct GatherPlan {
     /// Rows of the result.
     pub(crate) rows: usize,
-    pub(crate) sources: Vec<Gather>,
-    /// Rows that each source must have.
-    pub(crate) source_rows: Vec<usize>,
+    /// The rows of each source that are read, and how many it must have.
+    pub(crate) sources: Vec<(Gather, usize)>,
 }
 
 impl GatherPlan {
     /// `sources` sources of `rows` rows each, read row by row.
     pub fn identity(rows: usize, sources: usize) -> Arc<Self> {
-        let source_rows = vec![rows; sources];
-        Arc::new(Self { rows, sources: vec![Gather::Identity; sources], source_rows })
+        Arc::new(Self { rows, sources: vec![(Gather::Identity, rows); sources] })
     }
 
     /// Every pair of an outer and an inner row, the outer slower: row `b · inner + i` reads row
@@ -60,17 +64,15 @@ impl GatherPlan {
             if outer == 1 { Gather::Identity } else { Gather::Cyclic { period: inner } };
         Arc::new(Self {
             rows: outer * inner,
-            sources: vec![inner_gather, Gather::Repeated { times: inner }],
-            source_rows: vec![inner, outer],
+            sources: vec![(inner_gather, inner), (Gather::Repeated { times: inner }, outer)],
         })
     }
 
     /// This plan with one more source, of a single row that every row reads.
     pub fn and_shared(&self) -> Arc<Self> {
-        let Self { rows, mut sources, mut source_rows } = self.clone();
-        sources.push(Gather::Repeated { times: rows.max(1) });
-        source_rows.push(1);
-        Arc::new(Self { rows, sources, source_rows })
+        let Self { rows, mut sources } = self.clone();
+        sources.push((Gather::Repeated { times: rows.max(1) }, 1));
+        Arc::new(Self { rows, sources })
     }
 }
 
@@ -82,7 +84,7 @@ impl Gather {
             Self::Identity => row,
             Self::Cyclic { period } => row % period,
             Self::Repeated { times } => row / times,
-            Self::Indexed { index, .. } => index[row] as usize,
+            Self::Indexed(index) => index.targets[row] as usize,
         }
     }
 }

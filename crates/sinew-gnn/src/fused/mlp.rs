@@ -1,10 +1,10 @@
 //! The fused perceptron as an operation of Burn.
 
 use crate::fused::activation::Activation;
-use crate::fused::host::{Cotangents, HostOperation, HostTensor, apply, is_on_host};
+use crate::fused::host::{HostTensor, Pullback, apply, is_on_host};
 use crate::fused::index::GatherPlan;
 use crate::fused::mlp_backward::backward;
-use crate::fused::mlp_kernel::{Activations, Keep, Parameters, Source, forward};
+use crate::fused::mlp_kernel::{Parameters, Source, forward};
 use crate::fused::normalise::Normalisation;
 use crate::fused::perceptron::{Input, LayerNormalisation, PerceptronWeights};
 use crate::fused::reference;
@@ -75,7 +75,7 @@ pub fn gathered_mlp(
     if let Some(LayerNormalisation { gain, offset, .. }) = weights.normalisation {
         tensors.extend([gain.into_dispatch(), offset.into_dispatch()]);
     }
-    apply(operation, tensors)
+    apply(tensors, move |inputs, tracked| operation.evaluate(inputs, tracked))
 }
 
 impl PerceptronWeights {
@@ -90,8 +90,8 @@ fn check_shapes(inputs: &[Input], plan: &GatherPlan, weights: &PerceptronWeights
         weights.layers.each_ref().map(|(weight, _)| weight.dims());
     assert_eq!(width, first, "first weight against its bias");
     assert_eq!(hidden, [[first, second], [second, outputs]], "later weights against the biases");
-    assert_eq!(inputs.len(), plan.source_rows.len(), "the plan's number of sources");
-    for (input, rows) in inputs.iter().zip(&plan.source_rows) {
+    assert_eq!(inputs.len(), plan.sources.len(), "the plan's number of sources");
+    for (input, (_, rows)) in inputs.iter().zip(&plan.sources) {
         let [found, columns] = input.values.dims();
         assert_eq!(found, *rows, "rows of an input against the plan");
         match input.first_row {
@@ -108,7 +108,7 @@ fn check_shapes(inputs: &[Input], plan: &GatherPlan, weights: &PerceptronWeights
     }
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 struct GatheredMlp {
     plan: Arc<GatherPlan>,
     activation: Activation,
@@ -124,9 +124,9 @@ impl GatheredMlp {
         tensors
             .iter()
             .zip(gathers)
-            .map(|(tensor, (gather, &first_row))| Source {
+            .map(|(tensor, ((gather, _), &first_row))| Source {
                 values: tensor.values(),
-                width: tensor.last_dimension(),
+                width: tensor.shape()[1],
                 gather,
                 first_row,
             })
@@ -148,39 +148,26 @@ impl GatheredMlp {
         }
     }
 
-    /// The first layer is cheap to repeat where nothing is multiplied in tiles.
-    fn keep(&self, sources: &[Source<'_>], parameters: &Parameters<'_>) -> Keep {
+    /// Whether each hidden layer is kept. The first is cheap to repeat where nothing is multiplied in tiles.
+    fn keep(&self, sources: &[Source<'_>], parameters: &Parameters<'_>) -> [bool; 2] {
         let [first, second, _] = parameters.widths();
         let in_tiles = sources.iter().any(Source::is_multiplied_in_tiles);
         let width = if in_tiles { first + second } else { second };
         let second = self.plan.rows * width * size_of::<f32>() <= KEPT_BYTES;
-        Keep { first: second && in_tiles, second }
+        [second && in_tiles, second]
     }
-}
-
-impl HostOperation for GatheredMlp {
-    /// Inputs and parameters; activations.
-    type Saved = (Vec<HostTensor>, Arc<Activations>);
-
-    fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Self::Saved>) {
+    fn evaluate(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Pullback) {
         let (sources, parameters) = (self.sources(inputs), self.parameters(inputs));
-        let keep = match tracked {
-            true => self.keep(&sources, &parameters),
-            false => Keep { first: false, second: false },
-        };
+        let keep = if tracked { self.keep(&sources, &parameters) } else { [false; 2] };
         let (output, activations) = forward(&self.plan, &sources, &parameters, keep);
         let output = HostTensor::new(output, [self.plan.rows, parameters.widths()[2]]);
-        (output, tracked.then(|| (inputs.to_vec(), Arc::new(activations))))
-    }
-
-    fn backward(
-        &self,
-        (tensors, activations): Self::Saved,
-        cotangent: &[f32],
-        needed: &[bool],
-    ) -> Cotangents {
-        let (sources, parameters) = (self.sources(&tensors), self.parameters(&tensors));
-        let needed = &needed[..sources.len()];
-        backward(&self.plan, &sources, &parameters, &activations, cotangent, needed)
+        let (operation, tensors) = (self.clone(), inputs.to_vec());
+        let pullback = Pullback::new(move |cotangent, needed| {
+            let sources = operation.sources(&tensors);
+            let parameters = operation.parameters(&tensors);
+            let needed = &needed[..sources.len()];
+            backward(&operation.plan, &sources, &parameters, &activations, cotangent, needed)
+        });
+        (output, pullback)
     }
 }

@@ -53,13 +53,11 @@ pub(crate) fn backward(
     let sizes = pass.sizes();
     let mut d_first = Buffer::take(if pass.keeps_rows() { plan.rows * hidden } else { 0 });
     let mut rest = &mut d_first[..];
-    let groups = pass.groups().into_iter();
-    let groups: Vec<_> = groups
-        .map(|rows| {
-            let d_first = split_off(&mut rest, rows.len() * hidden);
-            (rows, d_first)
-        })
-        .collect();
+    let mut with_rest = |rows: Range<usize>| {
+        let d_first = split_off(&mut rest, rows.len() * hidden);
+        (rows, d_first)
+    };
+    let groups: Vec<_> = pass.groups().into_iter().map(&mut with_rest).collect();
     let length = sizes.iter().map(|size| size.next_multiple_of(LINE)).sum();
     let group = |(rows, d_first)| {
         let mut sums = Buffer::zeros(length);
@@ -109,7 +107,7 @@ impl Pass<'_> {
     fn keeps_rows(&self) -> bool {
         self.sources.iter().zip(self.needed).any(|(source, needed)| match source.gather {
             Gather::Identity => *needed,
-            Gather::Indexed { .. } => self.has_gradient(source, *needed),
+            Gather::Indexed(_) => self.has_gradient(source, *needed),
             Gather::Cyclic { .. } | Gather::Repeated { .. } => false,
         })
     }
@@ -207,38 +205,26 @@ impl Pass<'_> {
         d_second: &mut [f32],
     ) {
         let p = self.parameters;
-        let [_, second, outputs] = p.widths();
+        let outputs = p.biases[2].len();
         let [_, _, d_second_bias, d_weight, d_bias, d_gain, d_offset, ..] = sums else {
             unreachable!("one sum per parameter")
         };
         let cotangent = &self.cotangent[rows.start * outputs..rows.end * outputs];
-        let d_output = match p.normalisation {
-            Some(Normalisation { gain, .. }) => {
-                let normal = &self.activations.normal[rows.start * outputs..rows.end * outputs];
-                let inverse = &self.activations.inverse[rows.clone()];
-                pull_back_normalisation(
-                    gain, normal, inverse, cotangent, d_output, d_gain, d_offset,
-                );
-                &*d_output
-            }
-            None => cotangent,
-        };
-        add_rows_into(d_bias, d_output);
+        let mut d_rows = cotangent;
+        if let Some(Normalisation { gain, .. }) = p.normalisation {
+            let normal = &self.activations.normal[rows.start * outputs..rows.end * outputs];
+            let inverse = &self.activations.inverse[rows.clone()];
+            pull_back_normalisation(gain, normal, inverse, cotangent, d_output, d_gain, d_offset);
+            d_rows = d_output;
+        }
+        add_rows_into(d_bias, d_rows);
         if outputs == 1 {
-            pull_back_single_output(
-                p.activation,
-                hidden,
-                d_output,
-                p.weights[2],
-                d_second,
-                d_second_bias,
-                d_weight,
-            );
+            let (f, weight) = (p.activation, p.weights[2]);
+            pull_back_single_output(f, hidden, d_rows, weight, d_second, d_second_bias, d_weight);
         } else {
             // Transposed: the wider dimension is the one vectorised.
-            add_transposed_product(d_output, outputs, hidden, d_weight);
-            multiply(d_output, &self.third_transposed, Start::Zero, d_second);
-            debug_assert_eq!(d_second.len(), rows.len() * second);
+            add_transposed_product(d_rows, outputs, hidden, d_weight);
+            multiply(d_rows, &self.third_transposed, Start::Zero, d_second);
             pull_back_rows(p.activation, hidden, d_second, d_second_bias);
         }
     }
@@ -283,9 +269,9 @@ impl Pass<'_> {
         for ((source, needed), sum) in self.sources.iter().zip(self.needed).zip(of_sources) {
             let product = match source.gather {
                 Gather::Identity => Cow::Borrowed(d_first),
-                Gather::Indexed { inverse, .. } if self.has_gradient(source, *needed) => {
-                    let mut product = vec![0.0; inverse.len() * hidden];
-                    add_up(d_first, inverse, 1.0, hidden, &mut product);
+                Gather::Indexed(index) if self.has_gradient(source, *needed) => {
+                    let mut product = vec![0.0; index.inverse.len() * hidden];
+                    add_up(d_first, &index.inverse, 1.0, hidden, &mut product);
                     product.into()
                 }
                 _ => Cow::Borrowed(&sum[..]),

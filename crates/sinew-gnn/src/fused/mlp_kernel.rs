@@ -136,12 +136,6 @@ pub(crate) struct Activations {
     pub inverse: Buffer,
 }
 
-/// Hidden layers that are kept.
-pub(crate) struct Keep {
-    pub first: bool,
-    pub second: bool,
-}
-
 /// Activations of some consecutive rows; hidden layers that are not kept are empty.
 struct Tile<'a> {
     first: &'a mut [f32],
@@ -151,12 +145,12 @@ struct Tile<'a> {
     output: &'a mut [f32],
 }
 
-/// Outputs `[rows, outputs]` and what is kept.
+/// Outputs `[rows, outputs]` and what is kept: each hidden layer where `keep` says so.
 pub(crate) fn forward(
     plan: &GatherPlan,
     sources: &[Source<'_>],
     parameters: &Parameters<'_>,
-    keep: Keep,
+    keep: [bool; 2],
 ) -> (Vec<f32>, Activations) {
     let [first, second, outputs] = parameters.widths();
     let rows = plan.rows;
@@ -165,8 +159,8 @@ pub(crate) fn forward(
     let mut output = vec![0.0; rows * outputs];
     let mut all = Activations {
         products: sources.iter().map(|source| source.product(parameters)).collect(),
-        first: kept(keep.first, first),
-        second: kept(keep.second, second),
+        first: kept(keep[0], first),
+        second: kept(keep[1], second),
         normal: kept(normalised, outputs),
         inverse: kept(normalised, 1),
     };
@@ -197,9 +191,7 @@ pub(crate) fn forward(
 /// The first `count` numbers, or none of an empty slice.
 pub(crate) fn split_off<'a>(rest: &mut &'a mut [f32], count: usize) -> &'a mut [f32] {
     let count = count.min(rest.len());
-    let (head, tail) = std::mem::take(rest).split_at_mut(count);
-    *rest = tail;
-    head
+    rest.split_off_mut(..count).unwrap_or_default()
 }
 
 fn forward_tile(

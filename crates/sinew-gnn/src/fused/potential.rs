@@ -1,10 +1,8 @@
 //! A potential energy computed outside of Burn as one differentiable operation.
 
-use crate::fused::host::{Cotangents, HostOperation, HostTensor, apply};
+use crate::fused::host::{HostTensor, Pullback, apply};
 use burn::tensor::{DType, Tensor};
 use rayon::prelude::*;
-use std::fmt;
-use std::sync::Arc;
 
 /// Energies `[samples]` of displacement fields `[samples, nodes, dimensions]`; the backward pass
 /// is the nodal residual, computed along with the energy.
@@ -39,34 +37,14 @@ pub fn fused_potential(
 ) -> Tensor<1> {
     let dtype = displacement.dtype();
     let single = displacement.cast(DType::F32);
-    let energy: Tensor<1> = apply(Potential(Arc::new(potential)), vec![single.into_dispatch()]);
-    energy.cast(dtype)
-}
-
-/// Energy of a sample's field, and its gradient.
-type Energy = dyn Fn(&[f64], usize, &mut [f64]) -> f64 + Send + Sync;
-
-#[derive(Clone)]
-struct Potential(Arc<Energy>);
-
-impl fmt::Debug for Potential {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Potential")
-    }
-}
-
-impl HostOperation for Potential {
-    /// Gradients of all samples.
-    type Saved = Arc<Vec<Vec<f32>>>;
-
-    fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Self::Saved>) {
+    let energy: Tensor<1> = apply(vec![single.into_dispatch()], move |inputs, _| {
         let samples = inputs[0].shape()[0];
         let displacement: Vec<f64> = inputs[0].values().iter().map(|u| f64::from(*u)).collect();
         let size = displacement.len() / samples.max(1);
         let energy = |sample: usize| {
             let mut gradient = vec![0.0; size];
             let field = &displacement[sample * size..(sample + 1) * size];
-            let energy = (self.0)(field, sample, &mut gradient);
+            let energy = potential(field, sample, &mut gradient);
             if !energy.is_finite() {
                 gradient.fill(f64::NAN);
             }
@@ -74,11 +52,12 @@ impl HostOperation for Potential {
         };
         let (energies, gradients): (Vec<_>, Vec<_>) =
             (0..samples).into_par_iter().map(energy).unzip();
-        (HostTensor::new(energies, [samples]), tracked.then(|| Arc::new(gradients)))
-    }
-
-    fn backward(&self, saved: Self::Saved, cotangent: &[f32], _needed: &[bool]) -> Cotangents {
-        let samples = saved.iter().zip(cotangent);
-        vec![Some(samples.flat_map(|(gradient, c)| gradient.iter().map(move |g| g * c)).collect())]
-    }
+        let pullback = Pullback::new(move |cotangent, _| {
+            let samples = gradients.iter().zip(cotangent);
+            let scaled = samples.flat_map(|(gradient, c)| gradient.iter().map(move |g| g * c));
+            vec![Some(scaled.collect())]
+        });
+        (HostTensor::new(energies, [samples]), pullback)
+    });
+    energy.cast(dtype)
 }

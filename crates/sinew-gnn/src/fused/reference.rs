@@ -1,11 +1,11 @@
 //! The fused operations in plain Burn operations: slower, for every backend and precision, and
 //! the oracle of the tests.
 
-use crate::fused::index::Gather;
+use crate::fused::index::{Gather, Index};
 use crate::fused::{
     Activation, EdgeTopology, GatherPlan, Input, LayerNormalisation, PerceptronWeights,
 };
-use burn::tensor::{Device, IndexingUpdateOp, Int, Tensor, TensorData};
+use burn::tensor::{Device, IndexingUpdateOp, Int, Tensor};
 use std::sync::Arc;
 
 /// `activation` of every number.
@@ -32,17 +32,15 @@ pub fn received_edge_sum(messages: Tensor<2>, topology: &EdgeTopology) -> Tensor
     sum_at(messages, &topology.receivers, topology.nodes)
 }
 
-fn sum_at(messages: Tensor<2>, targets: &[u32], count: usize) -> Tensor<2> {
+fn sum_at(messages: Tensor<2>, index: &Index, count: usize) -> Tensor<2> {
     let device = messages.device();
     let zeros = Tensor::zeros([count, messages.dims()[1]], (&device, messages.dtype()));
-    let targets = indices(targets.iter().map(|target| i64::from(*target)), &device);
-    zeros.select_assign(0, targets, messages, IndexingUpdateOp::Add)
+    zeros.select_assign(0, targets(index, &device), messages, IndexingUpdateOp::Add)
 }
 
-fn indices(values: impl Iterator<Item = i64>, device: &Device) -> Tensor<1, Int> {
-    let values: Vec<i64> = values.collect();
-    let count = values.len();
-    Tensor::from_data(TensorData::new(values, [count]), device)
+fn targets(index: &Index, device: &Device) -> Tensor<1, Int> {
+    let targets: Vec<i64> = index.targets.iter().map(|&target| target.into()).collect();
+    Tensor::from_data(&targets[..], device)
 }
 
 /// A perceptron on gathered rows; see [`crate::fused::gathered_mlp`].
@@ -74,16 +72,16 @@ pub fn gathered_mlp(
 
 /// The rows of source `number` that the rows of a plan's result read.
 fn gathered(source: Tensor<2>, plan: &GatherPlan, number: usize) -> Tensor<2> {
-    match plan.sources[number] {
+    match plan.sources[number].0 {
         Gather::Identity => source,
         Gather::Cyclic { period } => source.repeat_dim(0, plan.rows / period.max(1)),
         Gather::Repeated { times } => {
             let [rows, width] = source.dims();
             source.unsqueeze_dim::<3>(1).repeat_dim(1, times).reshape([rows * times, width])
         }
-        Gather::Indexed { ref index, .. } => {
-            let index = indices(index.iter().map(|row| i64::from(*row)), &source.device());
-            source.select(0, index)
+        Gather::Indexed(ref index) => {
+            let rows = targets(index, &source.device());
+            source.select(0, rows)
         }
     }
 }
