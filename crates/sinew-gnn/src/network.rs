@@ -69,8 +69,7 @@ impl Network {
 /// A trained network on its geometry.
 #[derive(Debug)]
 pub(crate) struct TrainedNetwork {
-    pub surrogate: Surrogate,
-    pub geometry: Geometry,
+    surrogate: Surrogate,
     /// Message passing done once.
     pub fixed: FixedGeometry,
 }
@@ -78,9 +77,8 @@ pub(crate) struct TrainedNetwork {
 impl TrainedNetwork {
     /// Network on the geometry of its training.
     fn new(surrogate: Surrogate) -> Result<Self> {
-        let geometry = surrogate.geometries()[0].clone();
-        let fixed = surrogate.fixed_geometry(&geometry)?;
-        Ok(Self { surrogate, geometry, fixed })
+        let fixed = surrogate.fixed_geometry(&surrogate.geometries()[0])?;
+        Ok(Self { surrogate, fixed })
     }
 }
 
@@ -118,7 +116,8 @@ impl Predictor for TrainedNetwork {
     }
 
     fn predict_in_full(&self, body: &Body, thetas: &[Vec<f64>]) -> sinew_emulate::Result<Vec<f64>> {
-        displacement(body, thetas, self.surrogate.predict_unseen(&self.geometry, thetas))
+        let geometry = &self.surrogate.geometries()[0];
+        displacement(body, thetas, self.surrogate.predict_unseen(geometry, thetas))
     }
 
     /// Exact, in forward mode through the decoders.

@@ -139,15 +139,14 @@ impl Train for Recipe {
         held_out: &TestSet<'_>,
         record: &mut Record,
     ) -> sinew_emulate::Result<Box<dyn Predictor>> {
-        match self {
-            Self::DataDriven(recipe) => recipe.model(session, held_out, record),
-            Self::PhysicsInformed(recipe) => recipe.model(session, held_out, record),
+        let network = match self {
+            Self::DataDriven(recipe) => recipe.model(session, held_out, record)?,
+            Self::PhysicsInformed(recipe) => recipe.model(session, held_out, record)?,
             Self::Taylor => return Taylor.predictor(session, held_out, record),
             Self::Regression(recipe) => return recipe.predictor(session, held_out, record),
             Self::Auto(recipe) => return recipe.predictor(session, held_out, record),
-        }
-        .map(|network| Box::new(network) as Box<dyn Predictor>)
-        .map_err(Into::into)
+        };
+        Ok(Box::new(network))
     }
 }
 

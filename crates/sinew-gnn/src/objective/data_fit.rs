@@ -39,12 +39,6 @@ impl DataFit {
         operators.iter().try_for_each(GradientOperator::check)?;
         Ok(Self { gradients: Some((weight, operators)), ..self })
     }
-
-    /// Simulated displacements of a batch, sample by sample.
-    fn simulated(batch: &Batch<'_>) -> Vec<f32> {
-        let values = batch.samples.iter().flat_map(|sample| &sample.displacement);
-        values.map(|&value| value as f32).collect()
-    }
 }
 
 impl Objective for DataFit {
@@ -64,7 +58,8 @@ impl Objective for DataFit {
 
     fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {
         let (unit, floor) = (self.length as f32, SQUARED_NORM_FLOOR as f32);
-        let simulated = Self::simulated(batch);
+        let simulated = batch.samples.iter().flat_map(|sample| &sample.displacement);
+        let simulated: Vec<f32> = simulated.map(|&value| value as f32).collect();
         let Some((weight, operators)) = &self.gradients else {
             return Ok(mean_distance(displacement, simulated, unit, floor));
         };

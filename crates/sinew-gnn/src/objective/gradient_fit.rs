@@ -1,6 +1,6 @@
 //! Deformation gradients of displacements.
 
-use burn::tensor::{Device, Int, Tensor, TensorData};
+use burn::tensor::{Int, Tensor, TensorData};
 
 use crate::{Geometry, Result};
 use sinew_emulate::coordinates::{CoordinateError, require_count, require_finite};
@@ -50,20 +50,16 @@ impl GradientOperator {
         let nodes = Tensor::<1, Int>::from_data(&nodes[..], &device);
         let of_cells = displacement.select(1, nodes).reshape(shape);
         let column = |component| {
-            let gradient = self.column(component, dimensions, &device);
+            // `∂N_a/∂X_j` for one j.
+            let values = self.shape_gradients.iter().skip(component).step_by(dimensions);
+            let values: Vec<f32> = values.map(|&value| value as f32).collect();
+            let values = TensorData::new(values, [1, cells, self.nodes_per_cell, 1]);
+            let gradient = Tensor::from_data(values, &device);
             let column = (of_cells.clone() * gradient).sum_dim(2);
             let column = column.reshape([batch, cells, dimensions]);
             (column.clone() * column).sum_dim(2)
         };
         let columns = (0..dimensions).map(column);
         columns.reduce(|sum, column| sum + column).expect("displacements have components")
-    }
-
-    /// `∂N_a/∂X_j` for one j: `[1, cells, nodes per cell, 1]`.
-    fn column(&self, component: usize, dimensions: usize, device: &Device) -> Tensor<4> {
-        let values = self.shape_gradients.iter().skip(component).step_by(dimensions);
-        let values: Vec<f32> = values.map(|&value| value as f32).collect();
-        let cells = self.cells.len() / self.nodes_per_cell;
-        Tensor::from_data(TensorData::new(values, [1, cells, self.nodes_per_cell, 1]), device)
     }
 }

@@ -26,12 +26,3 @@ pub enum Concern {
     )]
     Inadmissible { inadmissible: usize, samples: usize },
 }
-
-/// Number of predictions that are looked at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Thoroughness {
-    /// Predictions of one batch per geometry, of at most 32 geometries.
-    OneBatch,
-    /// All parameters of the training.
-    AllSamples,
-}

@@ -1,6 +1,5 @@
 //! Diagnosis of the weights that a training leaves.
 
-use super::concern::Thoroughness;
 use crate::{Concern, HistoryPoint, Result, Trainer};
 
 /// Standard deviations of a mean loss that count as noise of the drawn samples: the lowest of twenty means of about six
@@ -29,23 +28,19 @@ fn of_losses(history: &[HistoryPoint], of_zero_output: f64, exact: Option<f64>) 
 }
 
 impl Trainer {
-    /// Concern about the weights of the latest evaluation.
-    pub(super) fn concerns(&mut self, thoroughness: Thoroughness) -> Result<Vec<Concern>> {
+    /// Concern about the weights of the latest evaluation, or once the training is `over` about those that are kept: then the predictions
+    /// at all of its parameters are looked at, before of one batch per geometry, of at most 32 geometries.
+    pub(super) fn concerns(&mut self, over: bool) -> Result<Vec<Concern>> {
         let of_zero_output = match self.loss_of_zero_output {
             Some(loss) => loss,
             None => *self.loss_of_zero_output.insert(self.zero_output_loss()?),
         };
-        let (inadmissible, loss) = self.of_states(thoroughness)?;
-        let exact = (thoroughness == Thoroughness::AllSamples).then_some(loss);
+        let (inadmissible, loss) = self.of_states(over)?;
         let history = &self.progress.history;
-        let until = match (thoroughness, &self.best) {
-            // Evaluations after the kept weights do not count.
-            (Thoroughness::AllSamples, Some((best, _))) => {
-                history.partition_point(|point| point.step <= best.step)
-            }
-            _ => history.len(),
-        };
-        let of_losses = of_losses(&history[..until], of_zero_output, exact);
+        // Evaluations after the kept weights do not count.
+        let kept = self.best.as_ref().filter(|_| over).map(|(best, _)| best.step);
+        let until = history.partition_point(|point| kept.is_none_or(|step| point.step <= step));
+        let of_losses = of_losses(&history[..until], of_zero_output, over.then_some(loss));
         Ok(of_losses.into_iter().chain(inadmissible).collect())
     }
 
@@ -58,9 +53,9 @@ impl Trainer {
     }
 
     /// Concern about predictions, and their mean loss.
-    fn of_states(&self, thoroughness: Thoroughness) -> Result<(Option<Concern>, f64)> {
+    fn of_states(&self, over: bool) -> Result<(Option<Concern>, f64)> {
         let mut batches = self.batches(&self.data.training);
-        if thoroughness == Thoroughness::OneBatch {
+        if !over {
             batches.dedup_by_key(|(geometry, _)| *geometry);
             let apart = batches.len().div_ceil(GEOMETRIES).max(1);
             batches = batches.into_iter().step_by(apart).collect();

@@ -7,12 +7,10 @@ use burn::module::Module;
 use burn::tensor::Tensor;
 
 use super::clock::Clock;
-use super::concern::Thoroughness;
 use super::config::TrainingConfig;
 use super::progress::{HistoryPoint, TrainingObserver, TrainingProgress, TrainingReport};
 use super::sampler::Sampler;
 use crate::optimiser::Optimiser;
-use crate::tensors::GeometryTensors;
 use crate::{Batch, DataSet, Embedding, Error, GraphNetwork, Objective, Result, Sample, Surrogate};
 use sinew_emulate::coordinates::require_count;
 
@@ -37,7 +35,6 @@ pub struct Trainer {
     pub(super) data: DataSet,
     /// Mean training loss of a network without outputs, once it was needed.
     pub(super) loss_of_zero_output: Option<f64>,
-    lifted: Vec<GeometryTensors>,
     /// Embeddings of all geometries by a frozen encoder; empty before, and after a return to other weights.
     pub(super) frozen: Vec<Embedding>,
     /// Folder that a checkpoint is written to at every evaluation.
@@ -102,7 +99,6 @@ impl Trainer {
             emulator: surrogate.emulator.clone().train(),
             optimiser: Optimiser::default(),
             sampler: Sampler::new(&data.training, data.geometries.len(), config.batch, config.seed),
-            lifted: surrogate.prepared.iter().map(GeometryTensors::lifted).collect(),
             progress: RunState::default(),
             best: None,
             loss_of_zero_output: None,
@@ -147,7 +143,7 @@ impl Trainer {
             }
         }
         let (kept_step, kept_error) = self.keep_best();
-        let concerns = self.concerns(Thoroughness::AllSamples)?;
+        let concerns = self.concerns(true)?;
         let RunState { clock, ref history, returns, .. } = self.progress;
         Ok(TrainingReport {
             steps: clock.step,
@@ -201,7 +197,7 @@ impl Trainer {
         let samples: Vec<&Sample> =
             self.sampler.draw().iter().map(|&index| &self.data.training[index]).collect();
         let batch = Batch { geometry: samples[0].geometry, samples: &samples };
-        let geometry = &self.lifted[batch.geometry];
+        let geometry = self.surrogate.prepared[batch.geometry].lifted();
         let local = constant.get(batch.geometry).or(self.frozen.get(batch.geometry)).cloned();
         let local = local.or_else(|| self.emulator.embedding(batch.geometry));
         let local = local.unwrap_or_else(|| geometry.embedding(&self.emulator));
@@ -263,7 +259,7 @@ impl Trainer {
             let layers = self.surrogate.embedding(&emulator, geometry).into_iter();
             layers.map(Tensor::from_inner).collect()
         };
-        (0..self.lifted.len()).map(lifted).collect()
+        (0..self.data.geometries.len()).map(lifted).collect()
     }
 
     /// NetworkPrediction of the latest weights for a batch, without gradients. Batches of one geometry that follow each other share its
@@ -326,7 +322,7 @@ impl Trainer {
         let returned = decides && self.judge(error);
         // Weights that the run has left are not diagnosed.
         if !returned && self.progress.clock.share(self.config.budget) >= JUDGED_FROM {
-            self.concerns(Thoroughness::OneBatch)?.iter().for_each(|c| observer.concern(c));
+            self.concerns(false)?.iter().for_each(|c| observer.concern(c));
         }
         match self.checkpoints.clone() {
             Some(directory) => self.save_checkpoint(&directory),
