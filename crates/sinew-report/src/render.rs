@@ -8,7 +8,7 @@ mod table;
 use crate::format::{digits, seconds};
 use crate::viewer::{Packed, Quantity, Source, Viewer, ViewerCase};
 use crate::{Block, Figure, Panel, Report, Section, Surfaces};
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 use palette::Palette;
 
 const STYLE: &str = include_str!("render/style.css");
@@ -41,7 +41,7 @@ pub(crate) fn page(report: &Report) -> Markup {
     }
 }
 
-fn facts<'a>(facts: impl IntoIterator<Item = (&'a str, &'a str)>) -> Markup {
+fn facts(facts: impl IntoIterator<Item = (impl Render, impl Render)>) -> Markup {
     html! { dl.facts { @for (name, value) in facts { div { dt { (name) } dd { (value) } } } } }
 }
 
@@ -49,7 +49,7 @@ fn provenance(report: &Report) -> Markup {
     let from = &report.provenance;
     let seed = from.seed.map_or("none".into(), |seed| seed.to_string());
     facts([
-        ("machine", from.machine.as_str()),
+        ("machine", &from.machine),
         ("threads", &from.threads.to_string()),
         ("wall time", &seconds(from.wall_s)),
         ("seed", &seed),
@@ -115,9 +115,7 @@ fn block(block: &Block, palette: &Palette) -> Markup {
     match block {
         Block::Text(text) => html! { p { (text) } },
         Block::List(sentences) => html! { ul { @for sentence in sentences { li { (sentence) } } } },
-        Block::Facts(list) => {
-            facts(list.iter().map(|(name, value)| (name.as_str(), value.as_str())))
-        }
+        Block::Facts(list) => facts(list.iter().map(|(name, value)| (name, value))),
         Block::Table(table) => table::table(table, palette),
         Block::Listing { title, head, rows } => html! {
             details { summary { (title) } div.scroll tabindex="0" { table {
@@ -163,7 +161,7 @@ fn making(report: &Report) -> Markup {
                 details { summary { "Configuration" } pre { code { (from.config) } } }
             }
             @if !from.versions.is_empty() {
-                details { summary { "Versions" } (facts(from.versions.iter().map(|(n, v)| (n.as_str(), v.as_str())))) }
+                details { summary { "Versions" } (facts(&from.versions)) }
             }
             p.note { "The same numbers are in " code { "report.json" } ", schema " (report.schema) "." }
         }
@@ -201,15 +199,10 @@ fn surfaces(surfaces: &Surfaces) -> Markup {
 fn viewer(surfaces: &Surfaces, end: f64) -> Viewer {
     let case = |case: &crate::SurfaceCase| {
         let largest = case.values.iter().flatten().copied().fold(0.0, f32::max);
+        let largest = format!("largest {} {}", digits(largest.into(), 2), surfaces.unit);
         let (deformed, rest) = (case.deformed.as_flattened(), surfaces.reference.as_flattened());
-        let unit = &surfaces.unit;
         ViewerCase {
-            title: format!(
-                "{}, {}, largest {} {unit}",
-                case.method,
-                case.title,
-                digits(largest.into(), 2)
-            ),
+            title: format!("{}, {}, {largest}", case.method, case.title),
             displacement: Packed::f32(deformed.iter().zip(rest).map(|(x, at)| x - at)),
             values: Packed::f32(case.values.iter().map(|value| value.unwrap_or(f32::NAN))),
         }

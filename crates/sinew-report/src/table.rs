@@ -245,10 +245,9 @@ impl Column {
 
     /// `err_u [mm]`
     pub fn head(&self) -> String {
-        if self.unit.is_empty() {
-            self.name.clone()
-        } else {
-            format!("{} [{}]", self.name, self.unit)
+        match self.unit.as_str() {
+            "" => self.name.clone(),
+            unit => format!("{} [{unit}]", self.name),
         }
     }
 }

@@ -68,10 +68,6 @@ impl Axis {
         value.is_finite() && (!self.logarithmic || LOGARITHMIC.contains(&value))
     }
 
-    fn scaled_ends(&self) -> [f64; 2] {
-        self.ends.map(|end| end * self.scale)
-    }
-
     /// Powers of ten by their exponents where there are several, not all where there are many.
     fn format(self) -> TickFormat {
         let decades = if self.logarithmic { (self.ends[1] / self.ends[0]).log10() } else { 0.0 };
@@ -129,7 +125,7 @@ fn draw(chart: &Chart, palette: &Palette, wide: bool, axes: [Axis; 2]) -> String
         push(&mut plots, series, palette, axes, first);
     }
     let size = if wide { (940.0, 400.0) } else { (470.0, 320.0) };
-    let [[left, right], [bottom, top]] = axes.map(|axis| axis.scaled_ends());
+    let [[left, right], [bottom, top]] = axes.map(|axis| axis.ends.map(|end| end * axis.scale));
     let mut layout = Layout::auto_from_plots(&plots).with_theme(theme());
     (layout.log_x, layout.log_y) = (axes[0].logarithmic, axes[1].logarithmic);
     layout = layout

@@ -12,18 +12,9 @@ const CORNER: [f64; 2] = [50.0, 8.0];
 /// Colours: few enough that neighbours of one colour join into long rectangles.
 const LEVELS: usize = 32;
 
-/// The colour at a position from 0 to 1.
-pub(super) fn colour(position: f64) -> String {
-    ColorMap::Viridis.map(position.clamp(0.0, 1.0))
-}
-
-/// Steps of colour from the lowest to the highest; a gradient's identifier would repeat on the page.
-pub(super) fn bar([x, y]: [f64; 2], width: f64) -> Markup {
-    let step = width / LEVELS as f64;
-    html! { @for level in 0..LEVELS {
-        rect x=(x + step * level as f64) y=(y) width=(width - step * level as f64) height="10"
-            fill=(colour(level as f64 / (LEVELS - 1) as f64)) {}
-    } }
+/// The colour of a level.
+fn colour(level: usize) -> String {
+    ColorMap::Viridis.map(level as f64 / (LEVELS - 1) as f64)
 }
 
 pub(super) fn map(map: &Map) -> Markup {
@@ -42,7 +33,7 @@ pub(super) fn map(map: &Map) -> Markup {
         figcaption { (map.title) }
         svg viewBox="0 0 290 272" role="img" aria-label=(map.title) fill="var(--text)" font-size="11" {
             @for (level, path) in rectangles(map).iter().enumerate().filter(|(_, path)| !path.is_empty()) {
-                path fill=(colour(level as f64 / (LEVELS - 1) as f64)) shape-rendering="crispEdges" d=(path) {}
+                path fill=(colour(level)) shape-rendering="crispEdges" d=(path) {}
             }
             rect x=(CORNER[0]) y=(CORNER[1]) width=(SIDE[0]) height=(SIDE[1]) fill="none" stroke="var(--dim)" {}
             @for (kind, (name, points)) in map.marks.iter().enumerate() { @for point in points {
@@ -60,7 +51,11 @@ pub(super) fn map(map: &Map) -> Markup {
             text x=(CORNER[0] - 5.0) y=(CORNER[1] + 9.0) text-anchor="end" { (ends(1)[1]) }
             text x=(CORNER[0] - 10.0) y=(middle) text-anchor="middle"
                 transform={ "rotate(-90 " (CORNER[0] - 10.0) " " (middle) ")" } { (map.axes[1]) }
-            (bar([CORNER[0], foot + 30.0], SIDE[0]))
+            // Steps of colour: a gradient's identifier would repeat on the page.
+            @for level in 0..LEVELS {
+                @let from = SIDE[0] / LEVELS as f64 * level as f64;
+                rect x=(CORNER[0] + from) y=(foot + 30.0) width=(SIDE[0] - from) height="10" fill=(colour(level)) {}
+            }
             text x=(CORNER[0]) y=(foot + 54.0) { (trimmed(map.scale[0], 3)) }
             text x=(end) y=(foot + 54.0) text-anchor="end" { (trimmed(map.scale[1], 3)) }
         }
