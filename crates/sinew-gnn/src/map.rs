@@ -65,8 +65,8 @@ impl OutputMap {
         let operation = move |inputs: &[HostTensor], _: bool| {
             let values: Vec<_> = inputs.iter().map(HostTensor::values).collect();
             let fields = parameters.par_iter().enumerate().map(|(sample, parameters)| {
-                let field = map.field(&row(&values, sample, samples), parameters);
-                field.map(|u| u as f32).collect::<Vec<_>>()
+                let outputs = row(&values, sample, samples);
+                map.field(&outputs, parameters).map(|u| u as f32).collect::<Vec<_>>()
             });
             let fields: Vec<Vec<f32>> = fields.collect();
             let output = HostTensor::new(fields.concat(), inputs[inputs.len() - 1].shape());
