@@ -159,8 +159,7 @@ pub(crate) fn train(
     record: &mut Record,
 ) -> Result<TrainedNetwork> {
     let body = session.body;
-    let mut prepare_s = 0.0;
-    let mut geometry = timed(&mut prepare_s, || {
+    let mut geometry = timed(&mut record.prepare_s, || {
         // Rigid motions read virtual nodes too, which then form clusters up to the whole body.
         let (levels, own) = (plan.network.virtual_nodes.as_deref(), plan.coordinates);
         let plain = matches!(own, OutputCoordinates::Components | OutputCoordinates::Simulations);
@@ -186,34 +185,34 @@ pub(crate) fn train(
         OutputCoordinates::Components => Meaning::Components,
         OutputCoordinates::Simulations => {
             let fields = plan.fields.unwrap_or_default();
-            Meaning::Principal(timed(&mut prepare_s, || {
+            Meaning::Principal(timed(&mut record.prepare_s, || {
                 coordinates::of_simulations(body, plan.thetas, fields)
             })?)
         }
-        OutputCoordinates::Motions => timed(&mut prepare_s, || at_rest(&geometry))?,
+        OutputCoordinates::Motions => timed(&mut record.prepare_s, || at_rest(&geometry))?,
         // Fine-tuning has no first training that predicts a state of this body, and further anchors stand about a solved one: one solve gives it.
         OutputCoordinates::MotionsAfter(_) if solves => {
             let centre = body.centre();
-            let solved =
-                timed(&mut prepare_s, || Solver::new(body)?.solve(&centre, &Options::default()))?;
+            let solved = timed(&mut record.prepare_s, || {
+                Solver::new(body)?.solve(&centre, &Options::default())
+            })?;
             course.session.simulations += if anchors > 1 { anchors } else { 0 };
-            timed(&mut prepare_s, || course.expanded(&mut geometry, &solved.displacement))?
+            timed(&mut record.prepare_s, || course.expanded(&mut geometry, &solved.displacement))?
         }
         OutputCoordinates::MotionsAfter(first) => {
-            geometry.coordinates = timed(&mut prepare_s, || at_rest(&geometry))?;
+            geometry.coordinates = timed(&mut record.prepare_s, || at_rest(&geometry))?;
             data.geometries = vec![geometry.clone()];
             let surrogate = course.stage("anchor", &data, first)?;
             let anchor = surrogate.predict(&geometry, &[body.centre()])?.displacement;
             earlier = course.kept.map(|kept| (surrogate, kept));
             let anchor = coordinates::nearer(body, &anchor)?;
-            timed(&mut prepare_s, || course.expanded(&mut geometry, &anchor))?
+            timed(&mut record.prepare_s, || course.expanded(&mut geometry, &anchor))?
         }
     };
     data.geometries = vec![geometry.clone()];
     let last = course.stage("train", &data, &training)?;
     let surrogate = course.better(earlier, last);
     (record.steps, record.train_s) = course.before;
-    record.prepare_s += prepare_s;
     (record.history, record.kept) = (course.curve, course.kept);
     TrainedNetwork::new(surrogate)
 }

@@ -3,7 +3,7 @@
 use super::{Meaning, Plan};
 use crate::{
     Backend, Concern, DataSet, Error, Geometry, HistoryPoint, Result, Scales, Surrogate, Trainer,
-    TrainingConfig, TrainingReport, coordinates, features,
+    TrainingConfig, TrainingObserver, TrainingProgress, TrainingReport, coordinates, features,
 };
 use sinew_emulate::parts::{Session, expand, scaling, with_anchors};
 use sinew_emulate::store::{read_json, write_json};
@@ -22,6 +22,9 @@ pub(super) struct Course<'c, 'a, 'b> {
     pub before: (u64, f64),
     /// Weights of the latest stage.
     pub kept: Option<Kept>,
+    /// Name of the current stage, and whether a concern of it was said before its end.
+    stage: String,
+    warned: bool,
 }
 
 impl<'c, 'a, 'b> Course<'c, 'a, 'b> {
@@ -31,8 +34,8 @@ impl<'c, 'a, 'b> Course<'c, 'a, 'b> {
             Some(file) if session.options.resume => read_json(file)?,
             _ => None,
         };
-        let curve = stored.unwrap_or_default();
-        Ok(Self { session, plan, curve, file, before: (0, 0.0), kept: None })
+        let (curve, stage) = (stored.unwrap_or_default(), String::new());
+        Ok(Self { session, plan, curve, file, before: (0, 0.0), kept: None, stage, warned: false })
     }
 
     pub(super) fn stage(
@@ -41,18 +44,17 @@ impl<'c, 'a, 'b> Course<'c, 'a, 'b> {
         data: &DataSet,
         config: &TrainingConfig,
     ) -> Result<Surrogate> {
-        let stage = format!("train {} ({name})", self.plan.recipe);
+        self.stage = format!("train {} ({name})", self.plan.recipe);
+        self.warned = false;
         let mut trainer = self.trainer(name, data, config)?;
         if self.session.options.budget.is_nothing() {
             return Ok(trainer.into_surrogate());
         }
-        let geometry = &data.geometries[0];
-        let mut watch = Watch { course: self, stage: &stage, geometry, warned: false };
-        let report = trainer.run(&mut watch)?;
+        let report = trainer.run(self)?;
         if report.interrupted {
-            return Err(sinew_emulate::Error::Interrupted { stage }.into());
+            return Err(sinew_emulate::Error::Interrupted { stage: self.stage.clone() }.into());
         }
-        self.finish(&stage, report);
+        self.finish(report);
         Ok(trainer.into_surrogate())
     }
 
@@ -118,7 +120,7 @@ impl<'c, 'a, 'b> Course<'c, 'a, 'b> {
         }
     }
 
-    fn finish(&mut self, stage: &str, report: TrainingReport) {
+    fn finish(&mut self, report: TrainingReport) {
         let TrainingReport { kept_step, kept_error: error, .. } = report;
         let (step, before) = (self.before.0 + kept_step as u64, self.kept.map_or(0, |k| k.returns));
         self.kept = Some(Kept { step, error, returns: before + report.returns });
@@ -127,31 +129,23 @@ impl<'c, 'a, 'b> Course<'c, 'a, 'b> {
             format!(", median error {u:.2e} after {kept_step}, which are kept")
         });
         let done = format!("{} steps{error}", report.steps);
-        self.session.observer.finished(stage, &done, report.seconds);
+        self.session.observer.finished(&self.stage, &done, report.seconds);
         for concern in report.concerns {
-            self.session
-                .warn(Warning::Training { stage: stage.into(), concern: concern.to_string() });
+            let (stage, concern) = (self.stage.clone(), concern.to_string());
+            self.session.warn(Warning::Training { stage, concern });
         }
         self.before.0 += report.steps as u64;
         self.before.1 += report.seconds;
     }
 }
 
-/// Receives the progress of a trainer and passes it on to the observer.
-struct Watch<'w, 'c, 'a, 'b> {
-    course: &'w mut Course<'c, 'a, 'b>,
-    stage: &'w str,
-    geometry: &'w Geometry,
-    /// Whether a concern of this stage was said before its end.
-    warned: bool,
-}
-
-impl crate::training::TrainingObserver for Watch<'_, '_, '_, '_> {
-    fn progress(&mut self, progress: &crate::training::TrainingProgress) -> ControlFlow<()> {
-        let error = self.course.curve.last().and_then(|point| point.medians);
+/// Passes the progress of a trainer on to the observer.
+impl TrainingObserver for Course<'_, '_, '_> {
+    fn progress(&mut self, progress: &TrainingProgress) -> ControlFlow<()> {
+        let error = self.curve.last().and_then(|point| point.medians);
         let error = error.map_or(String::new(), |[u, ..]| format!("  median error {u:.2e}"));
-        self.course.session.observer.progress(&Progress {
-            stage: self.stage,
+        self.session.observer.progress(&Progress {
+            stage: &self.stage,
             fraction: progress.share,
             seconds_left: progress.remaining_seconds,
             message: &format!("loss {:.3e}{error}", progress.loss),
@@ -160,11 +154,11 @@ impl crate::training::TrainingObserver for Watch<'_, '_, '_, '_> {
 
     /// Puts an evaluation on the curve; the error that it found.
     fn evaluate(&mut self, surrogate: &Surrogate, point: &HistoryPoint) -> Result<Option<f64>> {
-        let (steps, seconds) = self.course.before;
+        let (steps, seconds) = self.before;
         let (step, train_s) = (steps + point.step as u64, seconds + point.seconds);
         let mut point = CurvePoint { step, train_s, loss: point.loss, ..CurvePoint::default() };
-        let held_out = self.course.plan.held_out;
-        let found = match surrogate.predict(self.geometry, &held_out.thetas) {
+        let held_out = self.plan.held_out;
+        let found = match surrogate.predict(&surrogate.geometries()[0], &held_out.thetas) {
             Ok(prediction) => {
                 let fields = 0..held_out.thetas.len();
                 let fields: Vec<_> = fields.map(|case| prediction.field(case).to_vec()).collect();
@@ -174,21 +168,18 @@ impl crate::training::TrainingObserver for Watch<'_, '_, '_, '_> {
             Err(other) => return Err(other),
         };
         // A run that was killed after its last checkpoint repeats some evaluations.
-        self.course.curve.retain(|earlier| earlier.step < step);
-        self.course.curve.push(point);
-        if let Some(file) = &self.course.file {
-            write_json(file, &self.course.curve)?;
+        self.curve.retain(|earlier| earlier.step < step);
+        self.curve.push(point);
+        if let Some(file) = &self.file {
+            write_json(file, &self.curve)?;
         }
         Ok(Some(found))
     }
 
     fn concern(&mut self, concern: &Concern) {
         if !std::mem::replace(&mut self.warned, true) {
-            let stage = format!("{}, so far", self.stage);
-            self.course
-                .session
-                .observer
-                .warning(&Warning::Training { stage, concern: concern.to_string() });
+            let (stage, concern) = (format!("{}, so far", self.stage), concern.to_string());
+            self.session.observer.warning(&Warning::Training { stage, concern });
         }
     }
 }
