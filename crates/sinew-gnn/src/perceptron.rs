@@ -147,14 +147,9 @@ impl Perceptron {
             tangent = (tangent * slope.repeat_dim(0, directions)).matmul(layer.weight.val());
             value = layer.forward(active);
         }
-        match &self.normalisation {
-            Some(normalisation) => {
-                let tangent =
-                    normalisation.tangent(value.clone().repeat_dim(0, directions), tangent);
-                (normalisation.forward(value), tangent)
-            }
-            None => (value, tangent),
-        }
+        let Some(normalisation) = &self.normalisation else { return (value, tangent) };
+        let repeated = value.clone().repeat_dim(0, directions);
+        (normalisation.forward(value), normalisation.tangent(repeated, tangent))
     }
 }
 

@@ -96,9 +96,8 @@ pub(crate) fn check_version(path: &Path, expected: u32) -> Result<()> {
         version: u32,
     }
     let Versioned { version: found } = read_json(path)?;
-    if found == expected {
-        Ok(())
-    } else {
-        Err(Error::Version { path: path.into(), found, expected })
+    match found == expected {
+        true => Ok(()),
+        false => Err(Error::Version { path: path.into(), found, expected }),
     }
 }

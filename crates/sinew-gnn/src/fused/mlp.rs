@@ -100,11 +100,8 @@ fn check_shapes(inputs: &[Input], plan: &GatherPlan, weights: &PerceptronWeights
         }
     }
     if let Some(LayerNormalisation { gain, offset, .. }) = &weights.normalisation {
-        assert_eq!(
-            [gain.dims()[0], offset.dims()[0]],
-            [outputs; 2],
-            "gain and offset against the output"
-        );
+        let found = [gain.dims()[0], offset.dims()[0]];
+        assert_eq!(found, [outputs; 2], "gain and offset against the output");
     }
 }
 

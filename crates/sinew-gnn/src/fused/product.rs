@@ -74,7 +74,6 @@ fn panels(columns: usize) -> impl Iterator<Item = Panel> {
         start += width;
         (width > 0).then_some(Panel { start: start - width, width })
     })
-    .fuse()
 }
 
 /// Summand of a product.
@@ -114,10 +113,6 @@ pub(crate) fn multiply(rows: &[f32], weight: &Panels, start: Start, output: &mut
 /// `gram = xᵀ x`, where `x` has rows of `size` numbers; only one triangle is computed. Of a
 /// symmetric `x` it is the square.
 pub(crate) fn gram(x: &[f32], size: usize, gram: &mut [f32]) {
-    if x.is_empty() {
-        gram.fill(0.0);
-        return;
-    }
     for panel in panels(size) {
         // Rows from the diagonal on.
         let rows = &mut gram[panel.start * size..];
