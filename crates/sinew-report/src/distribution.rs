@@ -66,13 +66,14 @@ impl Distribution {
         Ok(Self { density, ..found })
     }
 
-    /// Names and values in the order of tables.
-    pub(crate) fn entries(&self) -> [(&'static str, f64); 8] {
-        let (low, high) = (("2.5 %", self.q2_5), ("97.5 %", self.q97_5));
-        let quartiles = [("25 %", self.q25), ("median", self.q50), ("75 %", self.q75)];
-        let ends = [("least", self.q0), ("largest", self.q100)];
-        let [lower, median, upper] = quartiles;
-        [ends[0], low, lower, median, upper, high, ends[1], ("mean", self.mean)]
+    /// Names of the values, in the order of tables.
+    pub(crate) const NAMES: [&str; 8] =
+        ["least", "2.5 %", "25 %", "median", "75 %", "97.5 %", "largest", "mean"];
+
+    /// Values in that order.
+    pub(crate) fn values(&self) -> [f64; 8] {
+        let Self { q0, q2_5, q25, q50, q75, q97_5, q100, mean, .. } = *self;
+        [q0, q2_5, q25, q50, q75, q97_5, q100, mean]
     }
 }
 

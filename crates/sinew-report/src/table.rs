@@ -36,7 +36,7 @@ impl Value {
     pub fn numbers(&self) -> Vec<f64> {
         match self {
             Self::Number(value) => vec![*value],
-            Self::Distribution(found) => found.entries().map(|entry| entry.1).to_vec(),
+            Self::Distribution(found) => found.values().to_vec(),
             Self::Several(values) => values.iter().flat_map(Self::numbers).collect(),
             Self::Nothing | Self::Text(_) => Vec::new(),
         }

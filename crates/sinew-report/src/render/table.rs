@@ -145,17 +145,16 @@ fn quantiles(table: &Table, palette: &Palette) -> Markup {
             html! { tr {
                 th scope="row" { (key(row, palette)) }
                 td { (column.head()) }
-                @for (_, value) in found.entries() { td { (digits(value, 3)) } }
+                @for value in found.values() { td { (digits(value, 3)) } }
             } }
         })
         .collect()
     };
     let rows: Vec<_> = table.errors.iter().enumerate().flat_map(full).collect();
-    let heads = crate::Distribution::default().entries().map(|entry| entry.0);
     html! { @if !rows.is_empty() { details { summary { "All quantiles" }
         div.scroll tabindex="0" { table {
             thead { tr { th scope="col" { "method" } th scope="col" { "error" }
-                @for head in heads { th scope="col" { (head) } } } }
+                @for head in crate::Distribution::NAMES { th scope="col" { (head) } } } }
             tbody { @for row in rows { (row) } }
         } }
     } } }
