@@ -117,7 +117,7 @@ fn forward<B: Backend, const N: usize>(
 struct HostBackward;
 
 impl<B: Backend, const N: usize> Backward<B, N> for HostBackward {
-    /// With the shapes of the gradients.
+    /// Derivative of the operation, and the shapes of the gradients.
     type State = (Pullback, [Shape; N]);
 
     fn backward(self, ops: Ops<Self::State, N>, gradients: &mut Gradients, _: &mut Checkpointer) {

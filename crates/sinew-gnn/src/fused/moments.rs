@@ -1,10 +1,6 @@
 //! Running moments of gradients, the inner loops of Adam and of momentum.
 
 use crate::fused::simd::{multiply_add, vectorised};
-use rayon::prelude::*;
-
-/// Numbers treated by one task.
-const NUMBERS_PER_TASK: usize = 1 << 14;
 
 /// Rule that turns a gradient into a direction of change, for one step of Adam.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,27 +19,19 @@ pub struct AdamRule {
     pub epsilon: f32,
 }
 
-/// Updates both moments and replaces `gradient` by the direction of change
-/// `(of_first m + of_gradient g) / (√(of_second v) + ε)`.
-///
-/// ```
-/// use sinew_gnn::fused::{AdamRule, adam_direction};
-///
-/// let rule = AdamRule { beta1: 0.9, beta2: 0.999, of_first: 10.0, of_gradient: 0.0, of_second: 1e3, epsilon: 0.0 };
-/// let (mut m, mut v, mut g) = ([0.0], [0.0], [-3.0]);
-/// adam_direction(rule, &mut m, &mut v, &mut g);
-/// assert!((g[0] + 1.0).abs() < 1e-4); // the first step has the gradient's sign
-/// ```
-pub fn adam_direction(rule: AdamRule, first: &mut [f32], second: &mut [f32], gradient: &mut [f32]) {
-    first
-        .par_chunks_mut(NUMBERS_PER_TASK)
-        .zip(second.par_chunks_mut(NUMBERS_PER_TASK))
-        .zip(gradient.par_chunks_mut(NUMBERS_PER_TASK))
-        .for_each(|((first, second), gradient)| adam(rule, first, second, gradient));
-}
-
 vectorised! {
-    fn adam<FUSED>(rule: AdamRule, first: &mut [f32], second: &mut [f32], gradient: &mut [f32]) {
+    /// Updates both moments and replaces `gradient` by the direction of change
+    /// `(of_first m + of_gradient g) / (√(of_second v) + ε)`.
+    ///
+    /// ```
+    /// use sinew_gnn::fused::{AdamRule, adam_direction};
+    ///
+    /// let rule = AdamRule { beta1: 0.9, beta2: 0.999, of_first: 10.0, of_gradient: 0.0, of_second: 1e3, epsilon: 0.0 };
+    /// let (mut m, mut v, mut g) = ([0.0], [0.0], [-3.0]);
+    /// adam_direction(rule, &mut m, &mut v, &mut g);
+    /// assert!((g[0] + 1.0).abs() < 1e-4); // the first step has the gradient's sign
+    /// ```
+    pub fn adam_direction<FUSED>(rule: AdamRule, first: &mut [f32], second: &mut [f32], gradient: &mut [f32]) {
         let AdamRule { beta1, beta2, of_first, of_gradient, of_second, epsilon } = rule;
         for ((m, v), g) in first.iter_mut().zip(second).zip(gradient) {
             *m = multiply_add::<FUSED>(beta1, *m, (1.0 - beta1) * *g);
