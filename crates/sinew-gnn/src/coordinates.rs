@@ -77,10 +77,3 @@ pub(crate) fn nearer(body: &Body, displacement: &[f64]) -> Result<Vec<f64>> {
         Err(other) => Err(other.into()),
     }
 }
-
-/// Energy that a Newton step from `displacement` would gain at the centre of the parameter range, relative to the
-/// work of the loads: how far it is from equilibrium.
-pub(crate) fn excess(body: &Body, displacement: &[f64]) -> Result<f64> {
-    let step = Solver::new(body)?.newton_steps(displacement, &body.centre(), 1)?.remove(0);
-    Ok(0.5 * step.energy_norm.powi(2) / work(body, displacement))
-}

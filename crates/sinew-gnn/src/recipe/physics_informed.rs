@@ -1,13 +1,13 @@
 //! A network by minimum potential energy.
 
-use crate::coordinates::{self, OutputCoordinates};
+use crate::coordinates::OutputCoordinates;
 use crate::error::Result;
 use crate::network::{Network, Plan, TrainedNetwork, train};
 use crate::objective::{MinimumPotential, Objective};
 use crate::training::{TrainingBudget, TrainingConfig};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::coordinates::OutputScale;
-use sinew_emulate::parts::{Session, Stream, timed};
+use sinew_emulate::parts::{Session, Stream, timed, work};
 use sinew_emulate::{Record, TestSet, Warning};
 use sinew_energy::Barriers;
 use sinew_fem::{SolveError, Solver};
@@ -91,14 +91,19 @@ impl PhysicsInformed {
 fn judge_equilibrium(session: &mut Session<'_, '_>, predicted: &[f64]) -> Result<()> {
     /// Gain of a Newton step \[relative to the loads' work\], about the relative error of the energy.
     const FAR: f64 = 1e-2;
-    match coordinates::excess(session.body, predicted) {
-        Ok(excess) if excess > FAR => session.warn(Warning::FarFromEquilibrium { excess }),
-        Ok(_) => {}
-        Err(crate::error::Error::Solve(SolveError::Inadmissible { .. })) => {
+    let body = session.body;
+    match Solver::new(body)?.newton_steps(predicted, &body.centre(), 1) {
+        Ok(steps) => {
+            let excess = 0.5 * steps[0].energy_norm.powi(2) / work(body, predicted);
+            if excess > FAR {
+                session.warn(Warning::FarFromEquilibrium { excess });
+            }
+        }
+        Err(SolveError::Inadmissible { .. }) => {
             let of = "for the centre of the parameter range".into();
             session.warn(Warning::Inverted { of });
         }
-        Err(other) => return Err(other),
+        Err(other) => return Err(other.into()),
     }
     Ok(())
 }
