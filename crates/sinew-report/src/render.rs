@@ -65,14 +65,14 @@ fn summary(report: &Report) -> Markup {
         verdicts.map(move |found| (&section.title, found))
     });
     let short: Vec<_> = judged.filter(|(_, found)| !found.3.met).collect();
-    let warned =
-        || report.tables().flat_map(|table| &table.rows).filter(|row| !row.warnings.is_empty());
+    let rows = report.tables().flat_map(|table| &table.rows);
+    let warned: Vec<_> = rows.filter(|row| !row.warnings.is_empty()).collect();
     let sections = report.sections.len() > 1;
     if !sections
         && report.headline.is_empty()
         && report.notes.is_empty()
         && short.is_empty()
-        && warned().count() == 0
+        && warned.is_empty()
     {
         return html! {};
     }
@@ -89,9 +89,9 @@ fn summary(report: &Report) -> Markup {
                 }
             }
             @if !report.notes.is_empty() { ul { @for note in &report.notes { li { (note) } } } }
-            @if warned().count() > 0 {
+            @if !warned.is_empty() {
                 p.missed { "⚠ Not to be trusted before these are read:" }
-                ul { @for row in warned() { @for warning in &row.warnings { li { b { (row.method) } ": " (warning) } } } }
+                ul { @for row in warned { @for warning in &row.warnings { li { b { (row.method) } ": " (warning) } } } }
             }
             @if sections {
                 nav aria-label="Sections" { @for section in &report.sections {

@@ -127,10 +127,9 @@ fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
 }
 
 fn check_triangles(triangles: &[[usize; 3]], nodes: usize) -> Result<(), ReportError> {
-    for (triangle, corners) in triangles.iter().enumerate() {
-        if let Some(&node) = corners.iter().find(|&&node| node >= nodes) {
-            return Err(ReportError::Triangle(triangle, node, nodes));
-        }
+    let corners = triangles.as_flattened();
+    match corners.iter().position(|&node| node >= nodes) {
+        Some(corner) => Err(ReportError::Triangle(corner / 3, corners[corner], nodes)),
+        None => Ok(()),
     }
-    Ok(())
 }
