@@ -71,7 +71,9 @@ pub(crate) type Cotangents = Vec<Option<Vec<f32>>>;
 /// Transposed derivative of an operation at its inputs, from the cotangent of the output. The flags say which inputs need a
 /// cotangent; those of others may be left out.
 #[derive(Clone)]
-pub(crate) struct Pullback(Arc<dyn Fn(&[f32], &[bool]) -> Cotangents + Send + Sync>);
+pub(crate) struct Pullback(Arc<Pull>);
+
+type Pull = dyn Fn(&[f32], &[bool]) -> Cotangents + Send + Sync;
 
 impl Pullback {
     pub(crate) fn new(

@@ -134,17 +134,13 @@ impl Pass<'_> {
         let normalised = if self.parameters.normalisation.is_some() { outputs } else { 0 };
         let mut sizes =
             vec![first, first * second, second, second * outputs, outputs, normalised, normalised];
-        for (source, needed) in self.sources.iter().zip(self.needed) {
-            sizes.push(match source.gather {
-                Gather::Identity if source.first_row.is_some() => source.width * first,
-                Gather::Cyclic { .. } | Gather::Repeated { .. }
-                    if self.has_gradient(source, *needed) =>
-                {
-                    source.values.len() / source.width.max(1) * first
-                }
-                _ => 0,
-            });
-        }
+        let of_source = |(source, needed): (&Source<'_>, &bool)| match source.gather {
+            _ if !self.has_gradient(source, *needed) => 0,
+            Gather::Identity if source.first_row.is_some() => source.width * first,
+            Gather::Identity | Gather::Indexed(_) => 0,
+            _ => source.values.len() / source.width.max(1) * first,
+        };
+        sizes.extend(self.sources.iter().zip(self.needed).map(of_source));
         sizes
     }
 
