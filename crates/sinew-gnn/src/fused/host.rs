@@ -4,8 +4,10 @@
 //! autodiff graph on every backend. On Flex the slices are the tensors' own memory.
 
 use crate::fused::pool::keep_freed_memory;
+use crate::fused::rows::add_into;
 #[cfg(any(feature = "wgpu", feature = "cuda"))]
 use burn::backend::DispatchDevice;
+use burn::backend::autodiff::NodeId;
 use burn::backend::autodiff::checkpoint::base::Checkpointer;
 use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
 use burn::backend::autodiff::grads::Gradients;
@@ -17,6 +19,8 @@ use burn::backend::{
 };
 use burn::tensor::{DType, Shape, Tensor, TensorData};
 use std::any::Any;
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::fmt::{self, Debug, Formatter};
 use std::sync::Arc;
 
@@ -115,6 +119,25 @@ fn forward<B: Backend, const N: usize>(
     (output.write::<B>(&device), pullback)
 }
 
+/// Most entries of [`BEGUN`]; entries of gradients that Burn's own operations consume stay behind.
+const MOST_BEGUN: usize = 1 << 12;
+
+thread_local! {
+    /// Inner nodes of the autodiff graph whose gradient a host operation has registered. Further host operations add to it
+    /// here, for Burn's addition is slow where Burn is not optimised; gradients that are not listed are added by Burn.
+    static BEGUN: RefCell<BTreeSet<NodeId>> = const { RefCell::new(BTreeSet::new()) };
+}
+
+/// Notes that a gradient is registered; whether a host operation has registered one before.
+fn is_begun(node: NodeId) -> bool {
+    BEGUN.with_borrow_mut(|begun| {
+        if begun.len() >= MOST_BEGUN {
+            begun.clear();
+        }
+        !begun.insert(node)
+    })
+}
+
 #[derive(Debug)]
 struct HostBackward;
 
@@ -124,13 +147,19 @@ impl<B: Backend, const N: usize> Backward<B, N> for HostBackward {
 
     fn backward(self, ops: Ops<Self::State, N>, gradients: &mut Gradients, _: &mut Checkpointer) {
         let cotangent = gradients.consume::<B>(&ops.node);
+        BEGUN.with_borrow_mut(|begun| begun.remove(&ops.node.id));
         let device = cotangent.device();
         let cotangent = HostTensor::read::<B>(cotangent);
         let (Pullback(pull), shapes) = ops.state;
         let needed = ops.parents.each_ref().map(Option::is_some);
         let results = pull(cotangent.values(), &needed);
         for ((parent, result), shape) in ops.parents.iter().zip(results).zip(shapes) {
-            if let (Some(parent), Some(values)) = (parent, result) {
+            if let (Some(parent), Some(mut values)) = (parent, result) {
+                let is_leaf = parent.parents.is_empty();
+                if !is_leaf && is_begun(parent.id) {
+                    let begun = HostTensor::read::<B>(gradients.consume::<B>(parent));
+                    add_into(&mut values, begun.values());
+                }
                 let gradient = HostTensor::new(values, shape).write::<B>(&device);
                 gradients.register::<B>(parent.id, gradient);
             }
