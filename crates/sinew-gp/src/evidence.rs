@@ -3,7 +3,6 @@
 pub(crate) mod factor;
 mod gradient;
 pub(crate) mod gram;
-pub(crate) mod inverse;
 pub(crate) mod state;
 
 use crate::model::compile::Compiled;

@@ -1,13 +1,11 @@
 //! The fit of a model: the most probable parameters, searched for from several starts, with as many points as the equation needs.
 
-pub(crate) mod hold_out;
 pub(crate) mod identified;
 pub(crate) mod optimise;
 pub(crate) mod resolve;
-pub(crate) mod warning;
-mod warnings;
+pub(crate) mod warnings;
 
-use crate::fit::optimise::maximise;
+use crate::fit::optimise::{Maximum, maximise};
 use crate::{Conditional, Ensemble, FreeParameter, GpError, Model, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -135,12 +133,12 @@ impl<const D: usize> Model<D> {
             error = error.min(now);
             let more = match now <= aim || round == ROUNDS || idle == 3 {
                 true => None,
-                false => fit.with_more_points(options, round)?,
+                false => fit.with_more_points(options.most_points, round)?,
             };
             let Some(model) = more else {
                 let open = fit.model().source.is_some() && now > aim;
                 fit.unsettled = open.then_some(fit.model().places().len());
-                return fit.with_collocation_error(found, options.iterations);
+                return fit.with_equation_error(found, options.iterations);
             };
             let mut starts = model.random_starts(options);
             starts.truncate(1);
@@ -166,8 +164,7 @@ impl<const D: usize> Model<D> {
             return starts;
         }
         let mut random = ChaCha8Rng::seed_from_u64(options.seed ^ SCAN_SEED);
-        let mut scanned: Vec<Vec<f64>> =
-            (0..SCANNED).map(|_| self.random_start(&mut random)).collect();
+        let mut scanned: Vec<_> = (0..SCANNED).map(|_| self.random_start(&mut random)).collect();
         for position in self.theta_range() {
             let [lower, upper] = self.scaled_bounds()[position];
             let mut order: Vec<(u64, usize)> = (0..SCANNED).map(|k| (random.random(), k)).collect();
@@ -240,25 +237,19 @@ impl<const D: usize> Model<D> {
     }
 
     fn climb(self: &Arc<Self>, start: &[f64], iterations: usize) -> Result<Outcome> {
-        let mut last = None;
-        let mut trace = Vec::new();
-        let evaluate =
-            |x: &[f64]| self.evaluate_posterior(x).map_err(|error| last = Some(error)).ok();
-        let watch = |x: &[f64]| trace.push(self.theta_values(x));
-        let found = maximise(evaluate, start, &self.scaled_bounds(), iterations, watch);
-        let Some(found) = found else {
-            let jitter = f64::NAN;
-            return Err(last.unwrap_or(GpError::NotPositiveDefinite { size: self.size, jitter }));
-        };
-        let conditional = Conditional::new(self.clone(), &found.point)?;
+        let mut last = GpError::NotPositiveDefinite { size: self.size, jitter: f64::NAN };
+        let evaluate = |x: &[f64]| self.evaluate_posterior(x).map_err(|error| last = error).ok();
+        let found = maximise(evaluate, start, &self.scaled_bounds(), iterations);
+        let Some(Maximum { point, path, value, evaluations }) = found else { return Err(last) };
+        let conditional = Conditional::new(self.clone(), &point)?;
         Ok(Outcome {
-            log_evidence: found.value - self.log_hyperprior(&found.point),
-            log_posterior: found.value,
-            evaluations: found.evaluations,
+            log_evidence: value - self.log_hyperprior(&point),
+            log_posterior: value,
+            evaluations,
             jitter: conditional.jitter,
             collapsed: conditional.is_collapsed(),
-            parameters: found.point,
-            trace,
+            parameters: point,
+            trace: path.iter().map(|x| self.theta_values(x)).collect(),
         })
     }
 }

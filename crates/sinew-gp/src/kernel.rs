@@ -46,21 +46,8 @@ pub struct Hyperparameter {
     pub measure: Measure,
 }
 
-/// Derivatives to be taken of k(x, x′): in the first and in the second argument, for each axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Orders<const D: usize> {
-    /// Orders in x.
-    pub first: [usize; D],
-    /// Orders in x′; all zero when asking a stationary kernel, where −∂/∂x takes their place.
-    pub second: [usize; D],
-}
-
-impl<const D: usize> Orders<D> {
-    /// Total order in each axis.
-    pub(crate) fn sums(&self) -> [usize; D] {
-        std::array::from_fn(|d| self.first[d] + self.second[d])
-    }
-}
+/// Derivative to be taken of k(x, x′): order along each axis in x, and in x′.
+pub(crate) type Orders<const D: usize> = [[usize; D]; 2];
 
 /// Derivatives that are asked for, at which hyperparameters, and of which pairs: many first points
 /// with one second point.
@@ -85,7 +72,7 @@ impl<const D: usize> Request<'_, D> {
 
     /// Highest order of a derivative in x along an axis.
     pub(crate) fn most(&self, axis: usize) -> usize {
-        self.orders.iter().map(|order| order.first[axis]).max().unwrap_or(0)
+        self.orders.iter().map(|order| order[0][axis]).max().unwrap_or(0)
     }
 }
 

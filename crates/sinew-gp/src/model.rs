@@ -8,45 +8,19 @@ pub(crate) mod parameter;
 
 use crate::evidence::gram::PairPlan;
 use crate::model::compile::{Compiled, compile};
-use crate::model::data::{Group, Role, check, largest, no_data, noise_name};
+use crate::model::data::{Group, NO_DATA, Role, check, largest, noise_name};
 use crate::prior::Part;
 use crate::prior::coefficients::monomials;
 use crate::{
-    Data, Domain, Evaluation, Evidence, Field, FreeParameter, GpError, Hyperparameter, Hyperprior,
-    Measure, Noise, Parameter, Prior, Result,
+    Data, Evaluation, Evidence, Field, FreeParameter, GpError, Hyperparameter, Hyperprior, Measure,
+    Noise, Parameter, Prior, Result,
 };
 use std::sync::Arc;
 
 /// A positive number, with bounds and starts in units of `unit`.
-fn positive(
-    name: String,
-    unit: f64,
-    [bounds, start]: [[f64; 2]; 2],
-    hyperprior: Hyperprior,
-) -> FreeParameter {
-    let [bounds, start] = [bounds, start].map(|ends| ends.map(|end| end * unit));
+fn positive(name: String, unit: f64, ends: [[f64; 2]; 2], hyperprior: Hyperprior) -> FreeParameter {
+    let [bounds, start] = ends.map(|ends| ends.map(|end| end * unit));
     FreeParameter { name, logarithmic: true, bounds, start, hyperprior }
-}
-
-/// Hyperparameters of the kernel of the part of this number.
-fn of_kernel<const D: usize>(
-    hyperparameter: &Hyperparameter,
-    number: usize,
-    domain: &Domain<D>,
-) -> FreeParameter {
-    match hyperparameter.measure {
-        Measure::Length { axis } => {
-            let extent = domain.extents()[axis];
-            let name = format!("{} {} {number}", hyperparameter.name, domain.names()[axis]);
-            positive(name, extent, LENGTH, Hyperprior::about(extent, DEVIATION))
-        }
-        Measure::Number { lower, upper } | Measure::Width { lower, upper, .. } => {
-            let middle = (lower * upper).sqrt();
-            let name = format!("{} {number}", hyperparameter.name);
-            let start = [lower, upper].map(|end| (end * middle).sqrt());
-            positive(name, 1.0, [[lower, upper], start], Hyperprior::Flat)
-        }
-    }
 }
 
 /// Derivatives that each part takes for each pair of legs.
@@ -116,9 +90,7 @@ impl<const D: usize> Model<D> {
             last.map_or(0, |group| group.rows().end)
         };
         let [imposed, size] = [Role::Imposed, Role::Observed].map(end);
-        if size == 0 {
-            return Err(no_data());
-        }
+        ensure!(size > 0, "{NO_DATA}");
         let evidence = evidence.resolve(&compiled, theta.len());
         let mut model = Self {
             source: None,
@@ -236,7 +208,7 @@ impl<const D: usize> Model<D> {
             let hyperprior = Hyperprior::about(*scale, DEVIATION);
             parameters.push(positive(format!("amplitude {number}"), *scale, AMPLITUDE, hyperprior));
             for hyperparameter in part.kernel.hyperparameters() {
-                let free = of_kernel(&hyperparameter, number, &self.prior.domain);
+                let free = self.of_kernel(&hyperparameter, number);
                 parameters.push(FreeParameter { name: distinct(free.name, &parameters), ..free });
             }
         }
@@ -277,6 +249,23 @@ impl<const D: usize> Model<D> {
             }
         }
         self.parameters = parameters;
+    }
+
+    /// Hyperparameter of the kernel of the part of this number.
+    fn of_kernel(&self, own: &Hyperparameter, number: usize) -> FreeParameter {
+        match own.measure {
+            Measure::Length { axis } => {
+                let (domain, extent) = (&self.prior.domain, self.prior.domain.extents()[axis]);
+                let name = format!("{} {} {number}", own.name, domain.names()[axis]);
+                positive(name, extent, LENGTH, Hyperprior::about(extent, DEVIATION))
+            }
+            Measure::Number { lower, upper } | Measure::Width { lower, upper, .. } => {
+                let middle = (lower * upper).sqrt();
+                let start = [lower, upper].map(|end| (end * middle).sqrt());
+                let name = format!("{} {number}", own.name);
+                positive(name, 1.0, [[lower, upper], start], Hyperprior::Flat)
+            }
+        }
     }
 
     /// Sizes of the parts of u as the data suggest them: what these differ from the prior mean by, over the size of their

@@ -7,7 +7,7 @@ pub(crate) mod structure;
 use crate::error::place;
 use crate::model::data::Group;
 use crate::prior::constraint::unconstrained;
-use crate::prior::structure::{AxisStructure, Lift};
+use crate::prior::structure::AxisStructure;
 use crate::{
     Constraints, Data, Domain, Feature, Field, Formula, Noise, Operator, Problem, Result, Series,
     Side, constraints,
@@ -33,10 +33,7 @@ pub(crate) struct Stretch {
 impl Stretch {
     /// Coordinate that runs between the same ends.
     fn at(&self, x: &Series) -> Series {
-        let [end, other] = match self.side {
-            Side::Lower => self.ends,
-            Side::Upper => [self.ends[1], self.ends[0]],
-        };
+        let (end, other) = (self.ends[self.side as usize], self.ends[1 - self.side as usize]);
         let arc = |distance: Series| {
             let sign = if distance.value() < 0.0 { -1.0 } else { 1.0 };
             let distance = distance * (sign / self.width);
@@ -166,9 +163,8 @@ impl<const D: usize> Prior<D> {
         points: usize,
         seed: u64,
     ) -> Result<Self> {
-        type Observed<const D: usize> = fn(&Problem<D>, usize, u64) -> Result<Data<D>>;
         let prior = Self::unconstrained(problem, kernel)?;
-        let data = instance!(D, Prior::pseudo_observations, Observed<D>)(problem, points, seed)?;
+        let data = Self::pseudo_observations(problem, points, seed)?;
         Ok(Self { boundary: data.groups, ..prior })
     }
 
@@ -185,7 +181,7 @@ impl<const D: usize> Prior<D> {
             let values: Vec<f64> = places.iter().map(|point| value.value(*point)).collect();
             return Ok(data.imposed(Operator::identity(), &places, &values, Noise::Learned));
         }
-        let faces: Vec<Lift<D>> =
+        let faces: Vec<_> =
             (0..D).flat_map(|axis| AxisStructure::new(problem, axis).lifts).collect();
         let until = |number: usize| points * number / faces.len();
         for (number, lift) in faces.iter().enumerate() {

@@ -7,7 +7,7 @@ pub(crate) mod functional;
 pub(crate) mod operator;
 pub(crate) mod polygon;
 
-use crate::{Condition, Domain, Field, GpError, Operator, Periodicity, Result, Side};
+use crate::{Condition, Domain, Field, Operator, Periodicity, Result, Side};
 
 /// A domain, a linear equation on it, and conditions on parts of its boundary.
 #[derive(Clone, Debug)]
@@ -47,9 +47,7 @@ impl<const D: usize> Problem<D> {
         let axis = self.domain.free_axis(axis, ON_EDGES)?;
         let face = self.domain.face(axis, side);
         let place = &mut self.faces[axis][side as usize];
-        if place.is_some() || self.periodic[axis].is_some() {
-            return Err(over_determined(&face));
-        }
+        ensure!(place.is_none() && self.periodic[axis].is_none(), "{face} {TAKEN}");
         *place = Some(condition.checked(&face, &places?)?);
         Ok(self)
     }
@@ -60,9 +58,8 @@ impl<const D: usize> Problem<D> {
     /// If there is no such axis, it belongs to a polygon, or one of its faces has a condition.
     pub fn periodic(mut self, axis: &str, periodicity: Periodicity) -> Result<Self> {
         let axis = self.domain.free_axis(axis, ON_EDGES)?;
-        if self.faces[axis].iter().any(Option::is_some) || self.periodic[axis].is_some() {
-            return Err(over_determined(&self.domain.face(axis, Side::Lower)));
-        }
+        let free = self.faces[axis].iter().all(Option::is_none) && self.periodic[axis].is_none();
+        ensure!(free, "{} {TAKEN}", self.domain.face(axis, Side::Lower));
         self.periodic[axis] = Some(periodicity);
         Ok(self)
     }
@@ -94,10 +91,9 @@ impl<const D: usize> Problem<D> {
             self.domain.cross_section().is_some(),
             "the domain has no polygon; give conditions face by face with `Problem::condition`"
         );
-        match self.boundary.replace(value) {
-            None => Ok(self),
-            Some(_) => Err(over_determined("the polygon")),
-        }
+        ensure!(self.boundary.is_none(), "the polygon {TAKEN}");
+        self.boundary = Some(value);
+        Ok(self)
     }
 
     /// The domain.
@@ -117,9 +113,5 @@ const ON_EDGES: &str = "`Problem::boundary` for values on its edges, `Data::impo
 /// Places on a face where conditions are looked at.
 const FACE_PLACES: usize = 20;
 
-/// A second condition where there is one already.
-fn over_determined(face: &str) -> GpError {
-    GpError::Invalid(format!(
-        "{face} has a condition already; give value and slope together as a Cauchy condition"
-    ))
-}
+/// What is wrong with a second condition.
+const TAKEN: &str = "has a condition already; give value and slope together as a Cauchy condition";

@@ -10,11 +10,9 @@ mod tangent;
 
 use crate::error::{Result, place};
 use crate::fit::ROUNDS;
-use crate::fit::hold_out::{Candidate, PLACES};
-use crate::fit::resolve::{RESOLVED, RESOLVED_ALONE, spread_out};
-use crate::model::data::{Role, check, largest, no_data};
+use crate::fit::resolve::{Candidate, PLACES, RESOLVED, RESOLVED_ALONE, spread_out};
+use crate::model::data::{NO_DATA, Role, check, largest};
 use crate::model::{FIRST_POINTS, POINTS_SEED};
-use crate::series::MOST_VARIABLES;
 use crate::{
     Conditional, Data, Derivative, Domain, Evidence, Fit, FitOptions, Formula, GpError, Model,
     Parameter, Prior, Problem, Series,
@@ -145,7 +143,6 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         term: impl Fn([Series; M], [Series; P], [f64; D]) -> Series + Send + Sync + 'static,
     ) -> Self {
         const { assert!(M > 0, "a nonlinear term has at least one argument") };
-        const { assert!(M + P <= MOST_VARIABLES, "too many arguments and parameters") };
         let term = move |arguments: [Series; M], parameters: &[Series], x: [f64; D]| {
             let known = std::array::from_fn(|k| parameters[k].clone());
             term(arguments, known, x)
@@ -250,8 +247,8 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         let conditional = solution.fit.conditional()?;
         let linear = conditional.mean_of(self.problem.equation(), points)?;
         let arguments = self.means(&conditional, points)?;
-        let theta = self.theta(Some(&solution.fit)).into_iter().map(Series::number);
-        let theta: Vec<Series> = theta.collect();
+        let theta: Vec<_> =
+            self.theta(Some(&solution.fit)).into_iter().map(Series::number).collect();
         let term = |(index, x): (usize, &[f64; D])| {
             let v = at_point(&arguments, index);
             let value = (self.term)(Series::plain(v), &theta, *x).value();
@@ -282,7 +279,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
             let model = self.linearised(task, points, &values, &theta)?;
             // Parameters of a start on other data may be of another number.
             let count = model.parameters().len();
-            let mut starts: Vec<Vec<f64>> =
+            let mut starts: Vec<_> =
                 parameters.into_iter().filter(|known| known.len() == count).collect();
             // The first linearisations are far from the last: what fits them best may be elsewhere.
             if change > NEARLY || starts.is_empty() {
@@ -343,7 +340,8 @@ fn collocation<const D: usize>(data: &Data<D>, domain: &Domain<D>) -> Result<Vec
     check(&data.groups, domain)?;
     let imposed = data.groups.iter().filter(|group| group.operator.is_none());
     let points: Vec<[f64; D]> = imposed.flat_map(|group| group.points().iter().copied()).collect();
-    if points.is_empty() { Err(no_data()) } else { Ok(points) }
+    ensure!(!points.is_empty(), "{NO_DATA}");
+    Ok(points)
 }
 
 /// Arguments at one of the points.

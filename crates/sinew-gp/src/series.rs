@@ -2,9 +2,6 @@
 
 mod operators;
 
-/// Most variables that a [`Series`] may have.
-pub(crate) const MOST_VARIABLES: usize = 11;
-
 /// A Taylor polynomial in several variables, cut off at a degree of its own in each of them.
 ///
 /// One evaluation of a formula over series gives all its partial derivatives up to those degrees:
@@ -21,52 +18,19 @@ pub(crate) const MOST_VARIABLES: usize = 11;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    degrees: Degrees,
+    /// Highest power kept of each variable.
+    degrees: Vec<usize>,
     /// Coefficient of x₀^i x₁^j … at the mixed-radix position (i, j, …), the last variable fastest.
     coefficients: Vec<f64>,
 }
 
-/// Highest power kept of each variable.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Degrees {
-    count: usize,
-    degrees: [u8; MOST_VARIABLES],
-}
-
-impl Degrees {
-    fn new(degrees: &[usize]) -> Self {
-        assert!(degrees.len() <= MOST_VARIABLES, "at most {MOST_VARIABLES} variables");
-        let mut result = Self { count: degrees.len(), degrees: [0; MOST_VARIABLES] };
-        for (kept, degree) in result.degrees.iter_mut().zip(degrees) {
-            *kept = u8::try_from(*degree).expect("degrees are small");
-        }
-        result
-    }
-
-    fn as_slice(&self) -> &[u8] {
-        &self.degrees[..self.count]
-    }
-
-    fn size(&self) -> usize {
-        self.as_slice().iter().map(|d| usize::from(*d) + 1).product()
-    }
-
-    /// Powers of a nilpotent part above this one vanish.
-    fn total(&self) -> usize {
-        self.as_slice().iter().map(|d| usize::from(*d)).sum()
-    }
-
-    fn position(&self, powers: &[usize]) -> usize {
-        assert_eq!(powers.len(), self.count, "one power for each variable");
-        powers.iter().zip(self.as_slice()).fold(0, |position, (power, degree)| {
-            assert!(*power <= usize::from(*degree), "power {power} above the degree {degree}");
-            position * (usize::from(*degree) + 1) + power
-        })
-    }
+/// Number of coefficients of series with these degrees.
+fn size(degrees: &[usize]) -> usize {
+    degrees.iter().map(|degree| degree + 1).product()
 }
 
 /// `out += left · right` for the dense coefficient blocks of `degrees`, cut off.
-fn multiply_into(out: &mut [f64], left: &[f64], right: &[f64], degrees: &[u8]) {
+fn multiply_into(out: &mut [f64], left: &[f64], right: &[f64], degrees: &[usize]) {
     match degrees {
         [] => out[0] += left[0] * right[0],
         [_] => {
@@ -77,14 +41,14 @@ fn multiply_into(out: &mut [f64], left: &[f64], right: &[f64], degrees: &[u8]) {
             }
         }
         [degree, rest @ ..] => {
-            let block = out.len() / (usize::from(*degree) + 1);
-            for i in 0..=usize::from(*degree) {
+            let block = out.len() / (degree + 1);
+            for i in 0..=*degree {
                 let left = &left[i * block..(i + 1) * block];
                 // Most formulas start from differences and squares, of few terms.
                 if left.iter().all(|l| *l == 0.0) {
                     continue;
                 }
-                for j in 0..=usize::from(*degree) - i {
+                for j in 0..=degree - i {
                     let out = &mut out[(i + j) * block..(i + j + 1) * block];
                     multiply_into(out, left, &right[j * block..(j + 1) * block], rest);
                 }
@@ -101,7 +65,7 @@ impl Series {
 
     /// One such number.
     pub(crate) fn number(value: f64) -> Self {
-        Self { degrees: Degrees::new(&[]), coefficients: vec![value] }
+        Self { degrees: Vec::new(), coefficients: vec![value] }
     }
 
     /// The variables themselves at `values`, each kept up to the power in `degrees`.
@@ -112,24 +76,22 @@ impl Series {
     /// Variable number `index` of `degrees.len()`, at `value`.
     ///
     /// # Panics
-    /// If there is no such variable, or there are more than eleven.
+    /// If there is no such variable.
     pub fn variable(value: f64, index: usize, degrees: &[usize]) -> Self {
         assert!(index < degrees.len(), "variable {index} of {}", degrees.len());
-        let degrees = Degrees::new(degrees);
-        let mut coefficients = vec![0.0; degrees.size()];
+        let mut coefficients = vec![0.0; size(degrees)];
         coefficients[0] = value;
-        if degrees.degrees[index] > 0 {
-            let later = degrees.as_slice()[index + 1..].iter();
-            coefficients[later.map(|d| usize::from(*d) + 1).product::<usize>()] = 1.0;
+        if degrees[index] > 0 {
+            coefficients[size(&degrees[index + 1..])] = 1.0;
         }
-        Self { degrees, coefficients }
+        Self { degrees: degrees.to_vec(), coefficients }
     }
 
     /// The number `value`, shaped like this one.
     pub fn constant(&self, value: f64) -> Self {
         let mut coefficients = vec![0.0; self.coefficients.len()];
         coefficients[0] = value;
-        Self { degrees: self.degrees, coefficients }
+        Self { degrees: self.degrees.clone(), coefficients }
     }
 
     /// Value at the point of expansion.
@@ -142,16 +104,19 @@ impl Series {
     /// # Panics
     /// If an order exceeds the degree kept, or their number is not that of the variables.
     pub fn derivative(&self, orders: &[usize]) -> f64 {
+        assert_eq!(orders.len(), self.degrees.len(), "one order for each variable");
+        let position = orders.iter().zip(&self.degrees).fold(0, |position, (order, degree)| {
+            assert!(order <= degree, "order {order} above the degree {degree}");
+            position * (degree + 1) + order
+        });
         let factorials: f64 = orders.iter().map(|n| factorial(*n)).product();
-        self.coefficients[self.degrees.position(orders)] * factorials
+        self.coefficients[position] * factorials
     }
 
     /// The polynomial plus `slope` times one more, last variable.
     pub(crate) fn lifted(&self, degree: usize, slope: f64) -> Self {
-        let mut degrees = self.degrees;
-        degrees.degrees[degrees.count] = u8::try_from(degree).expect("degrees are small");
-        degrees.count += 1;
-        let mut coefficients = vec![0.0; degrees.size()];
+        let degrees = [&self.degrees[..], &[degree]].concat();
+        let mut coefficients = vec![0.0; size(&degrees)];
         for (lifted, c) in coefficients.chunks_mut(degree + 1).zip(&self.coefficients) {
             lifted[0] = *c;
         }
@@ -165,26 +130,26 @@ impl Series {
     /// # Panics
     /// If there is no variable, or the order exceeds the degree kept.
     pub(crate) fn last_derivative(&self, order: usize) -> Self {
-        let count = self.degrees.count.checked_sub(1).expect("a series with a last variable");
-        let stride = usize::from(self.degrees.degrees[count]) + 1;
-        assert!(order < stride, "order {order} above the degree {}", stride - 1);
-        let mut degrees = self.degrees;
-        degrees.count = count;
-        degrees.degrees[count] = 0;
-        let factor = factorial(order);
-        let coefficients =
-            self.coefficients.iter().skip(order).step_by(stride).map(|c| c * factor).collect();
-        Self { degrees, coefficients }
+        let (last, others) = self.degrees.split_last().expect("a series with a last variable");
+        assert!(order <= *last, "order {order} above the degree {last}");
+        let (factor, own) = (factorial(order), self.coefficients.iter().skip(order));
+        let coefficients = own.step_by(last + 1).map(|c| c * factor).collect();
+        Self { degrees: others.to_vec(), coefficients }
+    }
+
+    /// Powers of its part without a value vanish above this one.
+    fn total(&self) -> usize {
+        self.degrees.iter().sum()
     }
 
     /// Whether it has no variables.
     fn is_plain(&self) -> bool {
-        self.degrees.count == 0
+        self.degrees.is_empty()
     }
 
     /// `f(self)` from the Taylor coefficients `f⁽ᵏ⁾/k!` of `f` at the value, asked for one after the other.
     pub(crate) fn compose(&self, taylor: impl FnMut(usize) -> f64) -> Self {
-        let taylor: Vec<f64> = (0..=self.degrees.total()).map(taylor).collect();
+        let taylor: Vec<f64> = (0..=self.total()).map(taylor).collect();
         let mut increment = self.clone();
         increment.coefficients[0] = 0.0;
         if increment.coefficients.iter().all(|c| *c == 0.0) {
@@ -258,7 +223,7 @@ impl Series {
     pub fn tanh(&self) -> Self {
         // t' = 1 − t² read as a recursion for the coefficients.
         let mut taylor = vec![self.coefficients[0].tanh()];
-        for k in 0..self.degrees.total() {
+        for k in 0..self.total() {
             let square: f64 = (0..=k).map(|i| taylor[i] * taylor[k - i]).sum();
             taylor.push((f64::from(u8::from(k == 0)) - square) / (k as f64 + 1.0));
         }
@@ -319,7 +284,7 @@ impl Series {
         }
         let coefficients =
             self.coefficients.iter().zip(&right.coefficients).map(|(l, r)| op(*l, *r)).collect();
-        Self { degrees: self.degrees, coefficients }
+        Self { degrees: self.degrees.clone(), coefficients }
     }
 
     fn product(&self, right: &Self) -> Self {
@@ -330,15 +295,15 @@ impl Series {
             return right.map(|r| self.coefficients[0] * r);
         }
         assert_eq!(self.degrees, right.degrees, "series of different shapes");
-        let (degrees, mut coefficients) = (self.degrees, vec![0.0; self.coefficients.len()]);
+        let mut product = self.constant(0.0);
         let (left, right) = (&self.coefficients, &right.coefficients);
-        multiply_into(&mut coefficients, left, right, degrees.as_slice());
-        Self { degrees, coefficients }
+        multiply_into(&mut product.coefficients, left, right, &self.degrees);
+        product
     }
 
     fn map(&self, op: impl Fn(f64) -> f64) -> Self {
         let coefficients = self.coefficients.iter().map(|c| op(*c)).collect();
-        Self { degrees: self.degrees, coefficients }
+        Self { degrees: self.degrees.clone(), coefficients }
     }
 }
 

@@ -1,7 +1,7 @@
 //! The gradient of the evidence, from the cotangents of covariance and residual.
 
+use crate::evidence::factor::{for_columns, invert_lower};
 use crate::evidence::gram::Scratch;
-use crate::evidence::inverse::{for_columns, invert_lower};
 use crate::evidence::state::{Factored, State};
 use crate::prior::coefficients::monomial_slope;
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
@@ -121,10 +121,10 @@ impl<const D: usize> State<'_, D> {
         let size = self.model.size;
         let lots = if self.is_large() { LOTS } else { 1 };
         let lot = |lot: usize| {
-            let (mut pulled, mut scratch) = (Pulled::zeros(self), Scratch::default());
+            let mut pulled = Pulled::zeros(self);
             // Interleaved, because early columns are longer.
             for column in (lot..size).step_by(lots) {
-                self.pull_column(column, cotangent, &mut pulled, &mut scratch);
+                self.pull_column(column, cotangent, &mut pulled);
             }
             pulled
         };
@@ -137,13 +137,8 @@ impl<const D: usize> State<'_, D> {
         sum
     }
 
-    fn pull_column(
-        &self,
-        column: usize,
-        cotangent: &[f64],
-        pulled: &mut Pulled,
-        scratch: &mut Scratch,
-    ) {
+    fn pull_column(&self, column: usize, cotangent: &[f64], pulled: &mut Pulled) {
+        let Pulled { coefficients, hyperparameters, scratch } = pulled;
         let weights = &cotangent[column * self.model.size..];
         let group = self.group_of(column);
         let seconds = self.legs_of(group);
@@ -154,13 +149,10 @@ impl<const D: usize> State<'_, D> {
                 for second in seconds.clone() {
                     let block = self.block(part, first, second);
                     let leg = self.legs[second].points;
-                    let memory = [
-                        &mut pulled.coefficients[first][part][..],
-                        &mut pulled.hyperparameters[part],
-                    ];
+                    let memory = [&mut coefficients[first][part], &mut hyperparameters[part]];
                     block.pull_column(start, own, &weights[rows.clone()], memory, scratch);
                     // Apart, because the column's own point may lie in the same group as the rows.
-                    let slots = pulled.coefficients[second][part].iter_mut().skip(own);
+                    let slots = coefficients[second][part].iter_mut().skip(own);
                     let slots = slots.step_by(leg.count).zip(&scratch.own);
                     slots.for_each(|(slot, value)| *slot += value);
                 }
@@ -174,6 +166,7 @@ struct Pulled {
     /// Cotangents of the coefficients, by leg and part.
     coefficients: Vec<Vec<Vec<f64>>>,
     hyperparameters: Vec<Vec<f64>>,
+    scratch: Scratch,
 }
 
 impl Pulled {
@@ -182,6 +175,7 @@ impl Pulled {
         Self {
             coefficients: state.legs.iter().map(|leg| zeros(&leg.coefficients)).collect(),
             hyperparameters: state.kernels.iter().map(|(_, h)| vec![0.0; h.len()]).collect(),
+            scratch: Scratch::default(),
         }
     }
 

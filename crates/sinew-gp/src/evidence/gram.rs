@@ -22,15 +22,12 @@ pub(crate) struct PairPlan<const D: usize> {
 
 impl<const D: usize> PairPlan<D> {
     pub(crate) fn new(part: &Part<D>, first: &[[usize; D]], second: &[[usize; D]]) -> Self {
-        let stationary = part.kernel.stationary;
         let (mut entries, mut reads) = (Vec::new(), Vec::new());
-        for (first, second) in first.iter().flat_map(|a| second.iter().map(move |b| (*a, *b))) {
-            let orders = Orders { first, second };
-            let summed = Orders { first: orders.sums(), second: [0; D] };
-            reads.push(position(&mut entries, if stationary { summed } else { orders }));
+        for orders in first.iter().flat_map(|a| second.iter().map(move |b| [*a, *b])) {
+            reads.push(position(&mut entries, part.kernel.entry(orders).0));
         }
-        let odd = |orders: &[usize; D]| stationary && orders.iter().sum::<usize>() % 2 == 1;
-        let signs = second.iter().map(|orders| if odd(orders) { -1.0 } else { 1.0 }).collect();
+        let sign = |orders: &[usize; D]| part.kernel.entry([[0; D], *orders]).1;
+        let signs = second.iter().map(sign).collect();
         Self { entries, reads, signs }
     }
 }
@@ -122,7 +119,7 @@ impl<const D: usize> Block<'_, D> {
         start: usize,
         column: usize,
         weights: &[f64],
-        [coefficients, hyperparameters]: [&mut [f64]; 2],
+        [coefficients, hyperparameters]: [&mut Vec<f64>; 2],
         scratch: &mut Scratch,
     ) {
         let Scratch { table, weights: slopes, signed, own, hermites } = scratch;

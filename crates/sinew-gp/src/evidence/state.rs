@@ -1,8 +1,7 @@
 //! A model at given parameters: its covariance, factored.
 
-use crate::evidence::factor::Factor;
+use crate::evidence::factor::{Factor, for_columns};
 use crate::evidence::gram::{Block, Leg, Scratch};
-use crate::evidence::inverse::for_columns;
 use crate::model::compile::Compiled;
 use crate::prior::Part;
 use crate::{Evaluation, Evidence, GpError, Model, Noise, Result};
@@ -47,8 +46,6 @@ pub(crate) struct State<'a, const D: usize> {
     pub theta: Vec<f64>,
     /// Legs of all groups.
     pub legs: Vec<Leg<'a, D>>,
-    /// Values of the monomials of each group.
-    monomials: Vec<Vec<f64>>,
     /// Standard deviation of the noise of each group.
     pub noise: Vec<f64>,
     /// Divisors of the variance of each observation's noise, by group.
@@ -66,12 +63,10 @@ impl<'a, const D: usize> State<'a, D> {
         };
         let parts = model.prior.parts.iter().zip(&model.part_offsets);
         let kernels: Vec<(f64, Vec<f64>)> = parts.map(of).collect();
-        let monomials: Vec<Vec<f64>> =
-            model.groups.iter().map(|group| group.legs[0].factors(&theta)).collect();
         let mut legs = Vec::new();
-        for (group, (own, monomials)) in model.groups.iter().zip(&monomials).enumerate() {
+        for (group, own) in model.groups.iter().enumerate() {
             legs.extend(own.legs.iter().map(|points| {
-                let coefficients = points.combined(&kernels, monomials);
+                let coefficients = points.combined(&kernels, &theta);
                 Leg { group, points, coefficients }
             }));
         }
@@ -82,7 +77,7 @@ impl<'a, const D: usize> State<'a, D> {
         };
         let noise = model.groups.iter().map(sigma).collect();
         let weights = model.groups.iter().map(|group| group.weights(scaled)).collect();
-        Ok(Self { model, kernels, theta, legs, monomials, noise, weights })
+        Ok(Self { model, kernels, theta, legs, noise, weights })
     }
 
     /// Legs of a group.
@@ -121,11 +116,11 @@ impl<'a, const D: usize> State<'a, D> {
     /// y − mean.
     pub(crate) fn residual(&self) -> Vec<f64> {
         let mut residual = Vec::with_capacity(self.model.size);
-        for (group, monomials) in self.model.groups.iter().zip(&self.monomials) {
+        for group in &self.model.groups {
             let start = residual.len();
             residual.extend_from_slice(&group.given.values);
             for leg in &group.legs {
-                leg.add_mean(monomials, -1.0, &mut residual[start..]);
+                leg.subtract_mean(&self.theta, &mut residual[start..]);
             }
         }
         residual
@@ -171,24 +166,21 @@ impl<'a, const D: usize> State<'a, D> {
     pub(crate) fn factored(&self) -> Result<Factored> {
         let size = self.model.size;
         let mut jitter = FIRST_JITTER;
-        let factor = loop {
+        // Steps by factors of ten do not hit the last one exactly.
+        while jitter <= LAST_JITTER * 2.0 {
             let mut matrix = self.covariance();
             for (row, sigma) in self.sigmas().enumerate() {
                 let diagonal = &mut matrix[row * (size + 1)];
                 *diagonal = *diagonal * (1.0 + jitter) + sigma * sigma;
             }
             if let Some(factor) = Factor::new(matrix, size, self.threads()) {
-                break factor;
+                let mut whitened = self.residual();
+                factor.forward(&mut whitened);
+                return Ok(Factored { factor, whitened, jitter });
             }
             jitter *= 10.0;
-            // Steps by factors of ten do not hit the last one exactly.
-            if jitter > LAST_JITTER * 2.0 {
-                return Err(GpError::NotPositiveDefinite { size, jitter: LAST_JITTER });
-            }
-        };
-        let mut whitened = self.residual();
-        factor.forward(&mut whitened);
-        Ok(Factored { factor, whitened, jitter })
+        }
+        Err(GpError::NotPositiveDefinite { size, jitter: LAST_JITTER })
     }
 
     /// Standard deviation of each observation's noise.
@@ -204,14 +196,7 @@ impl<'a, const D: usize> State<'a, D> {
 
     /// Power that the probability of imposed rows is raised to.
     pub(crate) fn weight(&self) -> f64 {
-        match self.model.evidence {
-            Evidence::UnitInformation => 1.0 / self.model.imposed.max(1) as f64,
-            Evidence::Joint | Evidence::Auto => 1.0,
-        }
-    }
-
-    pub(crate) fn value(&self, factored: &Factored) -> f64 {
-        self.in_full(factored) + self.weight() * factored.log_density(0..self.first_row())
+        1.0 / self.first_row().max(1) as f64
     }
 
     /// Logarithm of the probability of all rows that count in full, given the others.
@@ -230,8 +215,7 @@ impl<const D: usize> Model<D> {
     /// If the number of parameters is wrong.
     pub fn prior_covariance(&self, parameters: &[f64]) -> Result<Vec<Vec<f64>>> {
         let lower = State::new(self, parameters)?.covariance();
-        let entry =
-            |row: usize, column: usize| lower[row.min(column) * self.size + row.max(column)];
+        let entry = |row: usize, c: usize| lower[row.min(c) * self.size + row.max(c)];
         Ok((0..self.size).map(|row| (0..self.size).map(|c| entry(row, c)).collect()).collect())
     }
 
@@ -255,17 +239,15 @@ impl<const D: usize> Model<D> {
         let state = State::new(self, parameters)?;
         let evaluate = || {
             let factored = state.factored()?;
+            let imposed = state.weight() * factored.log_density(0..state.first_row());
             Ok(Evaluation {
-                value: state.value(&factored),
+                value: state.in_full(&factored) + imposed,
                 gradient: if with_gradient { state.gradient(&factored) } else { Vec::new() },
                 jitter: factored.jitter,
             })
         };
         // Values alone are asked for by many threads at once.
-        if !with_gradient || state.threads() == Par::Seq {
-            evaluate()
-        } else {
-            on_ready_threads(evaluate)
-        }
+        let alone = !with_gradient || state.threads() == Par::Seq;
+        if alone { evaluate() } else { on_ready_threads(evaluate) }
     }
 }

@@ -31,8 +31,7 @@ impl<const D: usize> Fit<D> {
             let mut found = Vec::new();
             for k in model.theta_range() {
                 let profile = self.profile(k)?;
-                let of =
-                    |other: usize| profile.iter().map(move |(at, weight)| (at[other], *weight));
+                let of = |j: usize| profile.iter().map(move |(at, weight)| (at[j], *weight));
                 if model.is_wide(k, of(k)) {
                     let adjusted = |j: &usize| model.contraction(*j, of(*j)).0 > WIDE_AT_BOUND;
                     found.extend(model.theta_range().filter(adjusted));
@@ -61,11 +60,10 @@ impl<const D: usize> Fit<D> {
             let (mut before, mut at) = (fitted.clone(), fitted.clone());
             for n in path {
                 // On along the way of the others: ridges are followed by short descents.
-                let mut start: Vec<f64> =
-                    at.iter().zip(&before).map(|(x, b)| 2.0 * x - b).collect();
+                let mut start: Vec<_> = at.iter().zip(&before).map(|(x, b)| 2.0 * x - b).collect();
                 start[k] = value(n);
                 bounds[k] = [start[k]; 2];
-                let found = maximise(evaluate, &start, &bounds, ITERATIONS, |_| ());
+                let found = maximise(evaluate, &start, &bounds, ITERATIONS);
                 let Some(found) = found else { break };
                 before = std::mem::replace(&mut at, found.point);
                 let log = of_data(&at)? - most;

@@ -7,6 +7,8 @@ use std::collections::VecDeque;
 /// End of a maximisation.
 pub(crate) struct Maximum {
     pub point: Vec<f64>,
+    /// Every accepted point.
+    pub path: Vec<Vec<f64>>,
     pub value: f64,
     pub evaluations: usize,
 }
@@ -115,21 +117,18 @@ impl<F: FnMut(&[f64]) -> Option<Evaluation>> Search<F> {
 }
 
 /// A local maximum of `objective` within `bounds`, from `start`; `None` if it has no value there.
-///
-/// `watch` sees every accepted point.
 pub(crate) fn maximise(
     objective: impl FnMut(&[f64]) -> Option<Evaluation>,
     start: &[f64],
     bounds: &[[f64; 2]],
     most_iterations: usize,
-    mut watch: impl FnMut(&[f64]),
 ) -> Option<Maximum> {
     let mut search =
         Search { objective, bounds: bounds.to_vec(), evaluations: 0, memory: VecDeque::new() };
     let start = DVector::from_column_slice(start);
     let start = search.moved(&start, &start, 0.0);
     let mut at = search.evaluate(start)?;
-    watch(at.x.as_slice());
+    let mut path = vec![at.x.as_slice().to_vec()];
     let mut idle = 0;
     for _ in 0..most_iterations {
         if search.held(&at, at.gradient.clone()).amax() < GRADIENT_TOLERANCE {
@@ -155,12 +154,12 @@ pub(crate) fn maximise(
         }
         let decrease = (at.value - next.value) / at.value.abs().max(next.value.abs()).max(1.0);
         at = next;
-        watch(at.x.as_slice());
+        path.push(at.x.as_slice().to_vec());
         idle = if decrease < DECREASE_TOLERANCE { idle + 1 } else { 0 };
         if idle == 2 {
             break;
         }
     }
     let (point, value) = (at.x.as_slice().to_vec(), -at.value);
-    Some(Maximum { point, value, evaluations: search.evaluations })
+    Some(Maximum { point, path, value, evaluations: search.evaluations })
 }

@@ -1,8 +1,8 @@
 //! Checks that every kernel must pass, for those of this crate and of its users.
 
-use super::{Formula, Hermites, Hyperparameter, Measure, Orders, Request};
+use super::{Formula, Hermites, Hyperparameter, Measure, Request};
 use crate::error::{Result, place};
-use crate::{Domain, Operator, Series};
+use crate::{Derivative, Domain, Operator, Series};
 use nalgebra::DMatrix;
 
 /// Checks what is said of the hyperparameters, symmetry, positive definiteness, and the covariance of slopes by Taylor series
@@ -131,12 +131,8 @@ impl<const D: usize> Checked<'_, D> {
         let steps = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
         let axes = self.kernel.axes.iter().copied();
         for d in axes.filter(|_| self.kernel.smoothness != Some(0)) {
-            let mut orders = Orders { first: [0; D], second: [0; D] };
-            (orders.first[d], orders.second[d]) = (1, 1);
-            let (asked, sign) = match self.kernel.stationary {
-                true => (Orders { first: orders.sums(), second: [0; D] }, -1.0),
-                false => (orders, 1.0),
-            };
+            let along = Derivative::along(d).orders;
+            let (asked, sign) = self.kernel.entry([along, along]);
             let mut table = [0.0];
             let request = Request {
                 kernel: self.kernel,

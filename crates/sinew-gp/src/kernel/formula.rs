@@ -1,6 +1,6 @@
 //! Kernels by their formula alone.
 
-use super::{Hyperparameter, Measure};
+use super::{Hyperparameter, Measure, Orders};
 use crate::series::Series;
 use std::fmt;
 use std::ops::{Add, Mul};
@@ -118,6 +118,16 @@ impl<const D: usize> Formula<D> {
             (x[axis], y[axis]) = (x[axis].constant(0.0), y[axis].constant(0.0));
         }
         (self.function)(&taken, &x, &y)
+    }
+
+    /// Entry of a table that a derivative is read from, and its sign: those of a stationary kernel are all in x, as ∂/∂x′ is −∂/∂x.
+    pub(crate) fn entry(&self, [first, second]: Orders<D>) -> (Orders<D>, f64) {
+        if !self.stationary {
+            return ([first, second], 1.0);
+        }
+        let sums = std::array::from_fn(|d| first[d] + second[d]);
+        let odd = second.iter().sum::<usize>() % 2 == 1;
+        ([sums, [0; D]], if odd { -1.0 } else { 1.0 })
     }
 
     fn combined(self, other: Self, sign: &str, of: fn(Series, Series) -> Series) -> Self {

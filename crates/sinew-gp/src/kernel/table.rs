@@ -13,19 +13,70 @@ impl<const D: usize> Request<'_, D> {
         if !self.kernel.closed {
             return self.expand(None, |entry, value| table[entry] = value);
         }
-        memory.fill(self, further);
-        memory.tabulate(self, table);
+        let (axes, count) = (&self.kernel.axes, self.count());
+        while memory.axes.len() < axes.len() {
+            // h₀ = 1 is never written again.
+            let rows = [[1.0; MOST_PAIRS]; MOST_ORDERS];
+            memory.axes.push(Hermite { differences: [0.0; MOST_PAIRS], rows });
+        }
+        // Whole vectors: what the lanes beyond the last pair hold is finite and never read.
+        let padded = count.next_multiple_of(LANES);
+        memory.exponential.clear();
+        memory.exponential.resize(padded, 0.0);
+        let scales = axes.iter().zip(self.hyperparameters);
+        for ((d, lengthscale), axis) in scales.zip(&mut memory.axes) {
+            recurrence(
+                *lengthscale,
+                self.first[*d],
+                self.second[*d],
+                &mut axis.differences[..padded],
+                &mut memory.exponential,
+                &mut axis.rows[..=self.most(*d) + further],
+            );
+        }
+        exponentials(&mut memory.exponential);
+        for (order, row) in self.orders.iter().zip(table.chunks_mut(count)) {
+            row.copy_from_slice(&memory.exponential[..count]);
+            for (axis, d) in memory.axes.iter().zip(axes).filter(|(_, d)| order[0][**d] > 0) {
+                multiply(row, &axis.rows[order[0][*d]]);
+            }
+        }
     }
 
     /// Adds to `gradient` the derivatives of Σ weight · table in the logarithm of each hyperparameter, after
     /// [`Request::derivatives`] of the same request.
     pub(crate) fn pull_back(&self, weights: &[f64], memory: &Hermites, gradient: &mut [f64]) {
         if self.kernel.closed {
-            return memory.pull_back(self, weights, gradient);
+            return self.pull_back_closed(weights, memory, gradient);
         }
         for (number, slope) in gradient.iter_mut().enumerate() {
             let value = self.hyperparameters[number];
             self.expand(Some(number), |entry, d| *slope += weights[entry] * d * value);
+        }
+    }
+
+    /// λ ∂/∂λ of the γ-th derivative G_γ is −(r G_{γ+1} + γ G_γ), r the difference along the axis:
+    /// for each axis, weights times the other axes' polynomials are gathered by the order along it.
+    fn pull_back_closed(&self, weights: &[f64], memory: &Hermites, gradient: &mut [f64]) {
+        let count = self.count();
+        let axes = || memory.axes.iter().zip(&self.kernel.axes);
+        for (number, ((axis, d), slope)) in axes().zip(gradient).enumerate() {
+            for n in 0..=self.most(*d) {
+                let mut sum = [0.0; MOST_PAIRS];
+                for (order, weights) in self.orders.iter().zip(weights.chunks(count)) {
+                    if order[0][*d] != n {
+                        continue;
+                    }
+                    let mut others = [1.0; MOST_PAIRS];
+                    for (k, (other, e)) in axes().enumerate() {
+                        if k != number && order[0][*e] > 0 {
+                            multiply(&mut others[..count], &other.rows[order[0][*e]]);
+                        }
+                    }
+                    add_product(&mut sum[..count], &others, weights);
+                }
+                dilation(slope, n, &sum[..count], &memory.exponential, axis);
+            }
         }
     }
 
@@ -35,7 +86,7 @@ impl<const D: usize> Request<'_, D> {
         let further: &[usize] = if varied.is_some() { &[1] } else { &[] };
         let orders = self.orders.iter();
         let orders: Vec<Vec<usize>> =
-            orders.map(|order| [&order.first, &order.second, further].concat()).collect();
+            orders.map(|[first, second]| [first, second, further].concat()).collect();
         let most = |d: usize| orders.iter().map(|order| order[d]).max().unwrap_or_default();
         let degrees: Vec<usize> = (0..2 * D + further.len()).map(most).collect();
         let variable = |value, number| Series::variable(value, number, &degrees);
@@ -68,15 +119,6 @@ struct Hermite {
     rows: [Pairs; MOST_ORDERS],
 }
 
-impl Hermite {
-    /// Factors of the n-th derivative.
-    fn multiply(&self, product: &mut [f64], n: usize) {
-        if n > 0 {
-            multiply(product, &self.rows[n]);
-        }
-    }
-}
-
 /// Polynomials of all axes and the exponential of them together, in memory that is kept from request to request.
 #[derive(Default)]
 pub(crate) struct Hermites {
@@ -86,72 +128,6 @@ pub(crate) struct Hermites {
 
 /// Numbers in the widest vector; divides [`MOST_PAIRS`].
 const LANES: usize = 8;
-
-impl Hermites {
-    fn tabulate<const D: usize>(&self, request: &Request<'_, D>, table: &mut [f64]) {
-        let count = request.count();
-        for (order, row) in request.orders.iter().zip(table.chunks_mut(count)) {
-            row.copy_from_slice(&self.exponential[..count]);
-            for (axis, d) in self.axes.iter().zip(&request.kernel.axes) {
-                axis.multiply(row, order.first[*d]);
-            }
-        }
-    }
-
-    /// λ ∂/∂λ of the γ-th derivative G_γ is −(r G_{γ+1} + γ G_γ), r the difference along the axis:
-    /// for each axis, weights times the other axes' polynomials are gathered by the order along it.
-    fn pull_back<const D: usize>(
-        &self,
-        request: &Request<'_, D>,
-        weights: &[f64],
-        gradient: &mut [f64],
-    ) {
-        let count = request.count();
-        let axes = || self.axes.iter().zip(&request.kernel.axes);
-        for (number, ((axis, d), slope)) in axes().zip(gradient).enumerate() {
-            for n in 0..=request.most(*d) {
-                let mut sum = [0.0; MOST_PAIRS];
-                for (order, weights) in request.orders.iter().zip(weights.chunks(count)) {
-                    if order.first[*d] != n {
-                        continue;
-                    }
-                    let mut others = [1.0; MOST_PAIRS];
-                    for (_, (other, e)) in axes().enumerate().filter(|(k, _)| *k != number) {
-                        other.multiply(&mut others[..count], order.first[*e]);
-                    }
-                    add_product(&mut sum[..count], &others, weights);
-                }
-                dilation(slope, n, &sum[..count], &self.exponential, axis);
-            }
-        }
-    }
-
-    fn fill<const D: usize>(&mut self, request: &Request<'_, D>, further: usize) {
-        let (axes, count) = (&request.kernel.axes, request.count());
-        while self.axes.len() < axes.len() {
-            // h₀ = 1 is never written again.
-            let rows = [[1.0; MOST_PAIRS]; MOST_ORDERS];
-            self.axes.push(Hermite { differences: [0.0; MOST_PAIRS], rows });
-        }
-        // Whole vectors: what the lanes beyond the last pair hold is finite and never read.
-        let padded = count.next_multiple_of(LANES);
-        self.exponential.clear();
-        self.exponential.resize(padded, 0.0);
-        for ((d, lengthscale), axis) in axes.iter().zip(request.hyperparameters).zip(&mut self.axes)
-        {
-            let most = request.most(*d) + further;
-            recurrence(
-                *lengthscale,
-                request.first[*d],
-                request.second[*d],
-                &mut axis.differences[..padded],
-                &mut self.exponential,
-                &mut axis.rows[..=most],
-            );
-        }
-        exponentials(&mut self.exponential);
-    }
-}
 
 vectorised! {
     /// Differences, their squares' sum in `squares`, and hₙ₊₁ = −(r/λ² hₙ + n/λ² hₙ₋₁).

@@ -1,11 +1,8 @@
 //! Observations in numbers: what does not change with the parameters.
 
 use crate::model::data::{Averages, Group, Role, largest, root_mean_square};
-use crate::prior::coefficients::{PartCoefficients, PointCoefficients};
+use crate::prior::coefficients::{AGREEMENT, PartCoefficients, PointCoefficients};
 use crate::{Noise, Parameter, Prior, Result};
-
-/// Relative size of a residual that counts as agreement of an exact value with the boundary.
-const AGREEMENT: f64 = 1e-8;
 
 /// Observations compiled for one operator.
 #[derive(Clone, Debug)]
@@ -73,7 +70,7 @@ impl<const D: usize> Compiled<D> {
     /// Root mean square of what values differ from the prior mean by.
     pub(crate) fn residual_size(&self, theta: &[f64]) -> f64 {
         let mut residual = self.given.values.clone();
-        self.legs.iter().for_each(|leg| leg.add_mean(&leg.factors(theta), -1.0, &mut residual));
+        self.legs.iter().for_each(|leg| leg.subtract_mean(theta, &mut residual));
         root_mean_square(&residual)
     }
 
@@ -114,7 +111,7 @@ pub(crate) fn compile<const D: usize>(
     let mut given = group.clone();
     let mut legs = group.legs.iter().map(&mut coefficients).collect::<Result<Vec<_>>>()?;
     if let ([(factor, points)], Noise::Exact) = (&group.legs[..], group.noise) {
-        let kept = informative(&legs[0], &group.values, whose)?;
+        let kept = legs[0].informative(&group.values, whose)?;
         if kept.len() < group.values.len() {
             given.legs = vec![(*factor, kept.iter().map(|index| points[*index]).collect())];
             given.values = kept.iter().map(|index| group.values[*index]).collect();
@@ -123,30 +120,4 @@ pub(crate) fn compile<const D: usize>(
     }
     let (learned, weighted) = (None, None);
     Ok(Compiled { number, given, legs, learned, weighted, offset: 0, first_leg: 0 })
-}
-
-/// Positions of the observations on which the prior has any freedom; the others must agree.
-fn informative<const D: usize>(
-    built: &PointCoefficients<D>,
-    values: &[f64],
-    whose: &str,
-) -> Result<Vec<usize>> {
-    let mut kept = Vec::new();
-    for (index, value) in values.iter().enumerate() {
-        let mut arrays = built.parts.iter().flat_map(|part| &part.arrays);
-        let free =
-            arrays.any(|array| array.iter().skip(index).step_by(built.count).any(|a| *a != 0.0));
-        if free {
-            kept.push(index);
-            continue;
-        }
-        // With unknown parameters in front, nothing can be said of the value.
-        let [mean] = &built.mean[..] else { continue };
-        let residual = value - mean[index];
-        ensure!(
-            residual.abs() <= AGREEMENT * largest(values).max(largest(mean)),
-            "value {index} of {whose} is noise-free and off by {residual} where the boundary conditions fix it; correct it or give it noise"
-        );
-    }
-    Ok(kept)
 }

@@ -191,29 +191,22 @@ impl<const D: usize> Data<D> {
     ///
     /// # Errors
     /// If there are no points, or not as many weights, or one is not finite or zero.
-    pub fn integral(self, functional: &Functional<D>, value: f64, noise: Noise) -> Result<Self> {
-        self.sum(functional, value, noise, Role::Observed)
+    pub fn integral(self, sum: &Functional<D>, value: f64, noise: Noise) -> Result<Self> {
+        self.sum(sum, value, noise, Role::Observed)
     }
 
     /// Adds a weighted sum that is given rather than measured (see [`Data::imposed`]), as a mean that is known to be zero.
     ///
     /// # Errors
     /// As [`Data::integral`].
-    pub fn imposed_integral(
-        self,
-        functional: &Functional<D>,
-        value: f64,
-        noise: Noise,
-    ) -> Result<Self> {
-        self.sum(functional, value, noise, Role::Imposed)
+    pub fn imposed_integral(self, sum: &Functional<D>, value: f64, noise: Noise) -> Result<Self> {
+        self.sum(sum, value, noise, Role::Imposed)
     }
 
     fn sum(self, functional: &Functional<D>, value: f64, noise: Noise, role: Role) -> Result<Self> {
         let Functional { operator, points, weights } = functional;
         check_lengths(points.len(), weights.len())?;
-        if points.is_empty() {
-            return Err(no_data());
-        }
+        ensure!(!points.is_empty(), "{NO_DATA}");
         if let Some(wrong) = weights.iter().find(|w| !w.is_finite() || **w == 0.0) {
             return Err(GpError::Invalid(format!(
                 "a weighted sum has the weight {wrong}; leave points of no weight out, and give finite ones"
@@ -241,9 +234,8 @@ impl<const D: usize> Data<D> {
 
 /// Refuses data that are not numbers or not of the domain, before anything is computed with them.
 pub(crate) fn check<const D: usize>(groups: &[Group<D>], domain: &Domain<D>) -> Result<()> {
-    if groups.iter().all(|group| group.points().is_empty() && group.values.is_empty()) {
-        return Err(no_data());
-    }
+    let empty = |group: &Group<D>| group.points().is_empty() && group.values.is_empty();
+    ensure!(!groups.iter().all(empty), "{NO_DATA}");
     for (index, group) in groups.iter().enumerate() {
         // As noises are numbered.
         let number = index + 1;
@@ -292,9 +284,7 @@ pub(crate) fn noise_name(group: usize) -> String {
 }
 
 /// Empty data: nothing to condition on.
-pub(crate) fn no_data() -> GpError {
-    GpError::Invalid("the model has no observations; add values or an equation".into())
-}
+pub(crate) const NO_DATA: &str = "the model has no observations; add values or an equation";
 
 /// Root of the mean square; 0 of nothing.
 pub(crate) fn root_mean_square(values: &[f64]) -> f64 {
@@ -306,15 +296,13 @@ pub(crate) fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |most, value| most.max(value.abs()))
 }
 
-/// Refuses numbers that are not finite.
-pub(crate) fn check_finite<'a>(
-    what: &str,
-    numbers: impl Iterator<Item = (usize, &'a f64)>,
-) -> Result<()> {
-    for (index, number) in numbers {
+/// Refuses numbers that are not finite, so many of each point.
+pub(crate) fn check_finite(what: &str, numbers: &[f64], axes: usize) -> Result<()> {
+    for (position, number) in numbers.iter().enumerate() {
         ensure!(
             number.is_finite(),
-            "{what} number {index} of the prediction is {number}; give a finite one"
+            "{what} number {} of the prediction is {number}; give a finite one",
+            position / axes
         );
     }
     Ok(())

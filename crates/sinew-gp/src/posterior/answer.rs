@@ -1,6 +1,6 @@
 //! Answer of a fit in short: parameters with intervals, warnings, and marginal bands of u.
 
-use crate::{Ensemble, Fit, GpError, Prediction, Result, Warning, ensemble};
+use crate::{Ensemble, Fit, Prediction, Result, Warning, ensemble};
 use std::fmt;
 
 /// Draws and seed of a fit's own ensemble.
@@ -34,6 +34,16 @@ impl<const D: usize> Fit<D> {
     pub fn predict(&self, points: &[[f64; D]]) -> Result<Prediction> {
         self.ensemble()?.predict(points)
     }
+
+    /// A parameter with its interval, in words.
+    fn told(&self, name: &str) -> Result<String> {
+        let told = match self.ensemble()?.identifies(name)? {
+            true => format!("{:.4e}, 95 %", self.parameter(name)?),
+            false => "unidentified, 95 % of its prior".into(),
+        };
+        let [lower, upper] = self.interval(name, 0.95)?;
+        Ok(format!("{name} {told} between {lower:.4e} and {upper:.4e}"))
+    }
 }
 
 /// Parameters of the equation and levels of noise with 95 % intervals, then all warnings.
@@ -43,19 +53,8 @@ impl<const D: usize> fmt::Display for Fit<D> {
         let learned = model.groups.iter().filter_map(|group| group.learned);
         for position in model.theta_range().chain(learned) {
             let name = &model.parameters()[position].name;
-            let found = || {
-                let told = match self.ensemble()?.identifies(name)? {
-                    true => format!("{:.4e}, 95 %", self.parameter(name)?),
-                    false => "unidentified, 95 % of its prior".into(),
-                };
-                Ok::<_, GpError>((told, self.interval(name, 0.95)?))
-            };
-            match found() {
-                Ok((told, [lower, upper])) => {
-                    writeln!(formatter, "{name} {told} between {lower:.4e} and {upper:.4e}")?;
-                }
-                Err(error) => writeln!(formatter, "{name}: {error}")?,
-            }
+            let told = self.told(name).unwrap_or_else(|error| format!("{name}: {error}"));
+            writeln!(formatter, "{told}")?;
         }
         let of_fit = match self.warnings() {
             Ok(warnings) => warnings.iter().map(Warning::to_string).collect(),

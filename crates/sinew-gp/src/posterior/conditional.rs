@@ -91,8 +91,8 @@ impl<const D: usize> Conditional<D> {
 
     fn mean_at(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Vec<f64>> {
         self.asked(operator, points, |asked| {
-            let mut mean = prior_mean(asked);
-            for_rows(asked, 0..asked.model.size, |row, covariances| {
+            let mut mean = asked.prior_mean();
+            asked.for_rows(0..asked.model.size, |row, covariances| {
                 let weight = self.weights[row];
                 mean.iter_mut().zip(covariances).for_each(|(m, c)| *m += weight * c);
             });
@@ -104,18 +104,14 @@ impl<const D: usize> Conditional<D> {
     ///
     /// # Errors
     /// As [`Conditional::mean_of`].
-    pub fn predict_operator(
-        &self,
-        operator: &Operator<D>,
-        points: &[[f64; D]],
-    ) -> Result<Prediction> {
-        instance!(D, Conditional::predicted, Asked<D, Prediction>)(self, operator, points)
+    pub fn predict_operator(&self, operator: &Operator<D>, at: &[[f64; D]]) -> Result<Prediction> {
+        instance!(D, Conditional::predicted, Asked<D, Prediction>)(self, operator, at)
     }
 
     fn predicted(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Prediction> {
         self.asked(operator, points, |asked| {
             let (mean, whitened) = self.conditioned(asked);
-            let left = prior_variances(asked).into_iter().zip(whitened.col_iter());
+            let left = asked.prior_variances().into_iter().zip(whitened.col_iter());
             let deviation =
                 left.map(|(prior, known)| (prior - known.squared_norm_l2()).max(0.0).sqrt());
             Prediction { mean, standard_deviation: deviation.collect() }
@@ -130,7 +126,7 @@ impl<const D: usize> Conditional<D> {
     pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64)> {
         let weights = &functional.weights;
         check_lengths(functional.points.len(), weights.len())?;
-        check_finite("weight", weights.iter().enumerate())?;
+        check_finite("weight", weights, 1)?;
         let (mean, covariance) = self.joint(&functional.operator, &functional.points)?;
         let columns = weights.iter().enumerate();
         let variance: f64 =
@@ -177,7 +173,8 @@ impl<const D: usize> Conditional<D> {
 
     /// Standard deviation of an operator before the data, root mean square over points.
     pub(crate) fn prior_spread(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<f64> {
-        let sum: f64 = self.asked(operator, points, |asked| prior_variances(asked).iter().sum())?;
+        let sum: f64 =
+            self.asked(operator, points, |asked| asked.prior_variances().iter().sum())?;
         Ok((sum / points.len().max(1) as f64).sqrt())
     }
 
@@ -189,8 +186,7 @@ impl<const D: usize> Conditional<D> {
         answer: impl FnOnce(&State<'_, D>) -> T,
     ) -> Result<T> {
         let (model, zeros) = (&self.model, vec![0.0; points.len()]);
-        let numbered = points.iter().enumerate();
-        check_finite("point", numbered.flat_map(|(k, x)| x.iter().map(move |c| (k, c))))?;
+        check_finite("point", points.as_flattened(), D)?;
         let mut theta = model.theta.clone();
         let data = Data::new().functional(operator.clone(), points, &zeros, Noise::Known(1.0));
         let last = compile(&model.prior, &data.groups[0], (0, "the prediction"), &mut theta)?;
@@ -203,9 +199,9 @@ impl<const D: usize> Conditional<D> {
 
     /// Posterior mean of what is asked, and L⁻¹ K_* with one column for each point.
     fn conditioned(&self, asked: &State<'_, D>) -> (Vec<f64>, Mat<f64>) {
-        let mut mean = prior_mean(asked);
+        let mut mean = asked.prior_mean();
         let mut cross = Mat::<f64>::zeros(self.model.size, mean.len());
-        for_rows(asked, 0..self.model.size, |row, covariances| {
+        asked.for_rows(0..self.model.size, |row, covariances| {
             covariances.iter().enumerate().for_each(|(column, c)| cross[(row, column)] = *c);
         });
         for (column, mean) in mean.iter_mut().enumerate() {
@@ -225,7 +221,7 @@ impl<const D: usize> Conditional<D> {
             let (mean, whitened) = self.conditioned(asked);
             let mut covariance = whitened.transpose() * &whitened;
             let size = asked.model.size;
-            for_rows(asked, size..size + points.len(), |row, prior| {
+            asked.for_rows(size..size + points.len(), |row, prior| {
                 for (value, known) in prior.iter().zip(covariance.col_as_slice_mut(row - size)) {
                     *known = value - *known;
                 }
@@ -235,35 +231,31 @@ impl<const D: usize> Conditional<D> {
     }
 }
 
-/// Prior mean of what is asked.
-fn prior_mean<const D: usize>(asked: &State<'_, D>) -> Vec<f64> {
-    asked.residual()[asked.model.size..].iter().map(|residual| -residual).collect()
-}
-
-/// Prior covariances of what is asked with one row after the other.
-fn for_rows<const D: usize>(
-    asked: &State<'_, D>,
-    rows: Range<usize>,
-    mut visit: impl FnMut(usize, &[f64]),
-) {
-    let (last, mut scratch) = (asked.model.groups.len() - 1, Scratch::default());
-    let mut covariances = vec![0.0; asked.model.groups[last].given.values.len()];
-    for row in rows {
-        covariances.fill(0.0);
-        asked.add_covariances([last, 0], row, &mut covariances, &mut scratch);
-        visit(row, &covariances);
+/// What is asked: the last group, beyond the data.
+impl<const D: usize> State<'_, D> {
+    fn prior_mean(&self) -> Vec<f64> {
+        self.residual()[self.model.size..].iter().map(|residual| -residual).collect()
     }
-}
 
-/// Prior variances of what is asked.
-fn prior_variances<const D: usize>(asked: &State<'_, D>) -> Vec<f64> {
-    let (last, mut scratch) = (asked.model.groups.len() - 1, Scratch::default());
-    let mut variances = vec![0.0; asked.model.groups[last].given.values.len()];
-    for (point, own) in variances.chunks_mut(1).enumerate() {
-        let row = asked.model.size + point;
-        asked.add_covariances([last, point], row, own, &mut scratch);
+    /// Prior covariances with one row after the other.
+    fn for_rows(&self, rows: Range<usize>, mut visit: impl FnMut(usize, &[f64])) {
+        let (last, mut scratch) = (self.model.groups.len() - 1, Scratch::default());
+        let mut covariances = vec![0.0; self.model.groups[last].given.values.len()];
+        for row in rows {
+            covariances.fill(0.0);
+            self.add_covariances([last, 0], row, &mut covariances, &mut scratch);
+            visit(row, &covariances);
+        }
     }
-    variances
+
+    fn prior_variances(&self) -> Vec<f64> {
+        let (last, mut scratch) = (self.model.groups.len() - 1, Scratch::default());
+        let mut variances = vec![0.0; self.model.groups[last].given.values.len()];
+        for (point, own) in variances.chunks_mut(1).enumerate() {
+            self.add_covariances([last, point], self.model.size + point, own, &mut scratch);
+        }
+        variances
+    }
 }
 
 /// Samples of a normal distribution, by the eigenvectors of its covariance.

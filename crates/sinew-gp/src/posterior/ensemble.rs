@@ -1,6 +1,6 @@
 //! Several probable parameter vectors: predictions that include what is not known of them.
 
-use crate::{Conditional, Fit, Functional, GpError, Model, Operator, Prediction, Result, Warning};
+use crate::{Conditional, Fit, Functional, Model, Operator, Prediction, Result, Warning};
 use rayon::prelude::*;
 use sinew_sample::{quantile, split_seed};
 use std::sync::Arc;
@@ -122,10 +122,9 @@ impl<const D: usize> Ensemble<D> {
     /// As [`Ensemble::interval`].
     pub fn quantile(&self, name: &str, share: f64) -> Result<f64> {
         check_share(share)?;
-        match &self.parameter(name)?[..] {
-            [] => Err(no_draws()),
-            values => Ok(quantile(values, share)),
-        }
+        let values = self.parameter(name)?;
+        ensure!(!values.is_empty(), "{NO_DRAWS}");
+        Ok(quantile(&values, share))
     }
 
     /// Mean and standard deviation of u over the draws and over the process for each of them.
@@ -142,12 +141,8 @@ impl<const D: usize> Ensemble<D> {
     ///
     /// # Errors
     /// As [`Ensemble::predict`]; and if the operator has parameters that the model lacks.
-    pub fn predict_operator(
-        &self,
-        operator: &Operator<D>,
-        points: &[[f64; D]],
-    ) -> Result<Prediction> {
-        self.mixture(|conditional| conditional.predict_operator(operator, points))
+    pub fn predict_operator(&self, operator: &Operator<D>, at: &[[f64; D]]) -> Result<Prediction> {
+        self.mixture(|conditional| conditional.predict_operator(operator, at))
     }
 
     /// Functions u drawn from the posterior, each by its values at the points and with parameters of its own.
@@ -155,9 +150,7 @@ impl<const D: usize> Ensemble<D> {
     /// # Errors
     /// As [`Ensemble::predict`].
     pub fn sample(&self, points: &[[f64; D]], count: usize, seed: u64) -> Result<Vec<Vec<f64>>> {
-        if self.draws.is_empty() {
-            return Err(no_draws());
-        }
+        ensure!(!self.draws.is_empty(), "{NO_DRAWS}");
         // Evenly over the draws, each with its own stream.
         let one = |number: usize| {
             let draw = &self.draws[number * self.draws.len() / count];
@@ -187,9 +180,7 @@ impl<const D: usize> Ensemble<D> {
     ) -> Result<Prediction> {
         let of = |draw: &Vec<f64>| predict(&Conditional::new(self.model.clone(), draw)?);
         let members: Vec<Prediction> = self.draws.par_iter().map(of).collect::<Result<_, _>>()?;
-        if members.is_empty() {
-            return Err(no_draws());
-        }
+        ensure!(!members.is_empty(), "{NO_DRAWS}");
         let values = members[0].mean.len();
         let count = members.len() as f64;
         let average = |of: &dyn Fn(&Prediction) -> f64| members.iter().map(of).sum::<f64>() / count;
@@ -218,6 +209,4 @@ fn check_share(share: f64) -> Result<()> {
     Ok(())
 }
 
-fn no_draws() -> GpError {
-    GpError::Invalid("the ensemble has no draws; keep at least one".into())
-}
+const NO_DRAWS: &str = "the ensemble has no draws; keep at least one";

@@ -48,7 +48,7 @@ impl<const D: usize> Fit<D> {
         let first = proposals.clone();
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         for round in 0.. {
-            let drawn: Vec<(Vec<f64>, f64)> =
+            let drawn: Vec<_> =
                 (0..PROPOSALS * draws).map(|_| propose(&proposals, &mut random)).collect();
             let ratio = |(q, own): &(Vec<f64>, f64)| space.log_density(q) - own;
             let ratios: Vec<f64> = drawn.par_iter().map(ratio).collect();

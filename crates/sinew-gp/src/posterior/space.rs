@@ -54,7 +54,7 @@ impl<'a, const D: usize> Space<'a, D> {
         let space = Self { model, bounds, held: held.to_vec() };
         space.evaluate(&centre)?;
         let (evaluate, within) = (|q: &[f64]| space.evaluate(q).ok(), vec![[-MOST, MOST]; free]);
-        if let Some(found) = maximise(evaluate, &centre, &within, ITERATIONS, |_| ()) {
+        if let Some(found) = maximise(evaluate, &centre, &within, ITERATIONS) {
             centre = found.point;
         }
         let covariance = space.covariance(&centre)?;

@@ -5,8 +5,12 @@
 //! so that a_β = Σ_t μ_t(θ) A_{t,β} with constant arrays A.
 
 use crate::error::{Result, place};
+use crate::model::data::largest;
 use crate::problem::domain::grid;
 use crate::{Operator, Parameter, Prior, Series, Term};
+
+/// Relative size of a residual that counts as agreement of an exact value with the boundary.
+pub(crate) const AGREEMENT: f64 = 1e-8;
 
 /// A product of powers of parameters; empty for 1.
 pub(crate) type Monomial = Vec<(usize, i32)>;
@@ -121,8 +125,9 @@ impl<const D: usize> PointCoefficients<D> {
         self.monomials.iter().map(|monomial| monomial_value(monomial, theta)).collect()
     }
 
-    /// a_β = amplitude · Σ_t μ_t A_{t,β} of each part, for the amplitudes of `kernels` and the monomials' values.
-    pub(crate) fn combined(&self, kernels: &[(f64, Vec<f64>)], monomials: &[f64]) -> Vec<Vec<f64>> {
+    /// a_β = amplitude · Σ_t μ_t A_{t,β} of each part, for the amplitudes of `kernels` and the parameters.
+    pub(crate) fn combined(&self, kernels: &[(f64, Vec<f64>)], theta: &[f64]) -> Vec<Vec<f64>> {
+        let monomials = self.factors(theta);
         let of = |(part, (amplitude, _)): (&PartCoefficients<D>, &(f64, Vec<f64>))| {
             let mut sum = vec![0.0; part.orders.len() * self.count];
             for (monomial, array) in monomials.iter().zip(&part.arrays) {
@@ -134,11 +139,31 @@ impl<const D: usize> PointCoefficients<D> {
         self.parts.iter().zip(kernels).map(of).collect()
     }
 
-    /// Adds the operator's mean at each point times `sign`, for the monomials' values `factors`.
-    pub(crate) fn add_mean(&self, factors: &[f64], sign: f64, sum: &mut [f64]) {
-        for (factor, mean) in factors.iter().zip(&self.mean) {
-            sum.iter_mut().zip(mean).for_each(|(s, m)| *s += sign * factor * m);
+    /// Subtracts the operator's mean at each point.
+    pub(crate) fn subtract_mean(&self, theta: &[f64], values: &mut [f64]) {
+        for (factor, mean) in self.factors(theta).iter().zip(&self.mean) {
+            values.iter_mut().zip(mean).for_each(|(value, m)| *value -= factor * m);
         }
+    }
+
+    /// Positions of the observations on which the prior has any freedom; the others must agree.
+    pub(crate) fn informative(&self, values: &[f64], whose: &str) -> Result<Vec<usize>> {
+        let mut kept = Vec::new();
+        for (index, value) in values.iter().enumerate() {
+            let mut arrays = self.parts.iter().flat_map(|part| &part.arrays);
+            if arrays.any(|a| a.iter().skip(index).step_by(self.count).any(|a| *a != 0.0)) {
+                kept.push(index);
+                continue;
+            }
+            // With unknown parameters in front, nothing can be said of the value.
+            let [mean] = &self.mean[..] else { continue };
+            let residual = value - mean[index];
+            ensure!(
+                residual.abs() <= AGREEMENT * largest(values).max(largest(mean)),
+                "value {index} of {whose} is noise-free and off by {residual} where the boundary conditions fix it; correct it or give it noise"
+            );
+        }
+        Ok(kept)
     }
 
     /// Coefficients of a multiple of the operator.

@@ -1,5 +1,6 @@
 //! One axis of a constrained prior: what is fixed at its ends, what vanishes there, what is free.
 
+use crate::problem::condition::Imposed;
 use crate::{
     Condition, Derivative, Domain, Field, Operator, Problem, Series, Side, constant, field,
 };
@@ -163,19 +164,13 @@ struct Basis {
 
 impl Basis {
     fn shape(&self, from: Side, coefficients: Vec<f64>) -> Shape {
-        let [start, end] = match from {
-            Side::Lower => self.ends,
-            Side::Upper => [self.ends[1], self.ends[0]],
-        };
+        let (start, end) = (self.ends[from as usize], self.ends[1 - from as usize]);
         Shape { start, length: end - start, coefficients }
     }
 
     /// Carries what is imposed at a side, or between the ends.
-    fn lift<const D: usize>(
-        &self,
-        at: Option<Side>,
-        (value, order, data): (Field<D>, usize, Field<D>),
-    ) -> Lift<D> {
+    fn lift<const D: usize>(&self, at: Option<Side>, imposed: Imposed<D>) -> Lift<D> {
+        let (value, order, data) = imposed;
         let shape = self.shape_of(at.unwrap_or(Side::Upper), order);
         let lift = Lift { axis: self.axis, ends: self.ends, at, value, order, data, shape };
         Lift { shape: lift.shape.clone().scaled(lift.sign()), ..lift }

@@ -1,6 +1,6 @@
 //! Boundary conditions on a face.
 
-use crate::{Field, GpError, MOST_DERIVATIVES, Result, Series, constant, field};
+use crate::{Field, MOST_DERIVATIVES, Result, Series, constant, field};
 
 /// A condition on one face of a box. Derivatives are taken along the outward normal n
 /// everywhere: at the lower end of an axis ∂u/∂n = −∂u/∂x. Functions do not depend on the coordinate along the face's axis.
@@ -52,6 +52,9 @@ pub enum Condition<const D: usize> {
     Derivatives(Vec<(usize, Field<D>)>),
 }
 
+/// A functional of u that is given: the factor of u, the order of the derivative that it is the sum of, and its value.
+pub(crate) type Imposed<const D: usize> = (Field<D>, usize, Field<D>);
+
 impl<const D: usize> Condition<D> {
     /// Value and rate ∂u/∂t at the beginning of a time axis, that is, at its lower end.
     pub fn initial(value: Field<D>, rate: Field<D>) -> Self {
@@ -80,9 +83,8 @@ impl<const D: usize> Condition<D> {
         Self::Derivatives(vec![(1, constant(0.0)), (3, constant(0.0))])
     }
 
-    /// Each functional of u that is given, as the factor of u and the order of the derivative along n that it is the sum of, with
-    /// its value.
-    pub(crate) fn imposed(&self) -> Vec<(Field<D>, usize, Field<D>)> {
+    /// Each functional of u that is given, with derivatives along n.
+    pub(crate) fn imposed(&self) -> Vec<Imposed<D>> {
         let plain = |order: usize, data: &Field<D>| (constant(0.0), order, data.clone());
         match self {
             Self::Dirichlet(value) => vec![plain(0, value)],
@@ -117,20 +119,18 @@ impl<const D: usize> Condition<D> {
                 Ok(Self::Robin { value_factor, slope_factor: constant(1.0), data })
             }
             Self::Derivatives(given) => {
-                let unusable = |k: &usize| {
-                    let order = given[*k].0;
-                    order >= MOST_DERIVATIVES
-                        || given[..*k].iter().any(|(other, _)| *other == order)
-                };
-                let wrong = match (0..given.len()).find(unusable) {
-                    Some(k) => format!("order {}", given[k].0),
-                    None if given.is_empty() => "no order".into(),
-                    None => return Ok(self),
-                };
-                Err(GpError::Invalid(format!(
-                    "the derivatives given on {face} have {wrong}; give orders from 0 to {}, each once",
-                    MOST_DERIVATIVES - 1
-                )))
+                let (most, mut known) = (MOST_DERIVATIVES - 1, Vec::new());
+                let advice = format!("give orders from 0 to {most}, each once");
+                ensure!(
+                    !given.is_empty(),
+                    "the derivatives given on {face} have no order; {advice}"
+                );
+                for (order, _) in given {
+                    let new = *order <= most && !known.contains(order);
+                    ensure!(new, "the derivatives given on {face} have order {order}; {advice}");
+                    known.push(*order);
+                }
+                Ok(self)
             }
             Self::Dirichlet(_) | Self::Neumann(_) | Self::Cauchy { .. } => Ok(self),
         }

@@ -28,11 +28,8 @@ pub fn field<const D: usize>(
 
 /// The function that is `value` everywhere.
 pub fn constant<const D: usize>(value: f64) -> Field<D> {
-    if value == 0.0 {
-        Field { function: None }
-    } else {
-        field(move |x: [Series; D]| x[0].constant(value))
-    }
+    let everywhere = field(move |x: [Series; D]| x[0].constant(value));
+    if value == 0.0 { Field { function: None } } else { everywhere }
 }
 
 impl<const D: usize> Field<D> {
