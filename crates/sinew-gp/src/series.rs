@@ -240,10 +240,9 @@ impl Series {
         let x = self.coefficients[0];
         let mut binomial = 1.0;
         self.compose(|k| {
-            let coefficient =
-                if binomial == 0.0 { 0.0 } else { binomial * x.powf(power - k as f64) };
+            let own = if binomial == 0.0 { 0.0 } else { binomial * x.powf(power - k as f64) };
             binomial *= (power - k as f64) / (k as f64 + 1.0);
-            coefficient
+            own
         })
     }
 

@@ -26,12 +26,12 @@ pub fn check_kernel<const D: usize>(
     let axis = |d: usize| (names[d].as_str(), [lower[d], upper[d]]);
     let domain = Domain::cuboid(std::array::from_fn(axis))?;
     let points = domain.sample(COVARIANCE_POINTS, seed)?;
-    let checked = Checked { kernel, hyperparameters, extents: domain.extents() };
-    checked.definiteness(&points)?;
+    kernel.check_definiteness(hyperparameters, &points)?;
     // As many along each axis; roots are rounded.
     let along = (COVARIANCE_POINTS as f64).powf(1.0 / D as f64) + 1e-9;
-    checked.definiteness(&domain.grid(along as usize))?;
-    [0, 1, 2].into_iter().try_for_each(|other| checked.slopes(points[0], points[other]))
+    kernel.check_definiteness(hyperparameters, &domain.grid(along as usize))?;
+    let slopes = |other| kernel.check_slopes(hyperparameters, &domain, [points[0], other]);
+    points[..3].iter().copied().try_for_each(slopes)
 }
 
 impl<const D: usize> Formula<D> {
@@ -70,45 +70,21 @@ impl<const D: usize> Formula<D> {
         }
         Ok(())
     }
-}
 
-struct Checked<'a, const D: usize> {
-    kernel: &'a Formula<D>,
-    hyperparameters: &'a [f64],
-    extents: [f64; D],
-}
-
-/// Points of a covariance matrix whose eigenvalues are looked at.
-const COVARIANCE_POINTS: usize = 64;
-/// Error of a kernel's value in units of the variance: a formula of some thirty roundings.
-const VALUE_ERROR: f64 = 32.0 * f64::EPSILON;
-/// Difference between k(x, x′) and k(x′, x), relative to the larger of them and one.
-const SYMMETRY_TOLERANCE: f64 = 1e-11;
-/// Step of second differences in units of the extent. Their truncation is of first order for rough kernels where x = x′: half a
-/// per cent where the lengthscale is a twentieth of the extent.
-const STEP: f64 = 1e-4;
-const SLOPE_TOLERANCE: f64 = 0.02;
-
-fn close(a: f64, b: f64, scale: f64, tolerance: f64) -> bool {
-    (a - b).abs() <= tolerance * scale.max(1.0)
-}
-
-impl<const D: usize> Checked<'_, D> {
-    fn value(&self, x: [f64; D], y: [f64; D]) -> f64 {
-        let hyperparameters: Vec<Series> =
-            self.hyperparameters.iter().map(|h| Series::number(*h)).collect();
-        self.kernel.formula(&hyperparameters, &Series::plain(x), &Series::plain(y)).value()
+    fn value(&self, values: &[f64], x: [f64; D], y: [f64; D]) -> f64 {
+        let known: Vec<_> = values.iter().map(|h| Series::number(*h)).collect();
+        self.formula(&known, &Series::plain(x), &Series::plain(y)).value()
     }
 
     /// Test of symmetry, and of definiteness by the smallest eigenvalue, which moves by no more than the norm of what rounding adds to
     /// the matrix (Weyl): at most the error of an entry for each point. Elimination would not do,
     /// because rounding grows with every tiny pivot that it passes.
-    fn definiteness(&self, points: &[[f64; D]]) -> Result<()> {
+    fn check_definiteness(&self, values: &[f64], points: &[[f64; D]]) -> Result<()> {
         let count = points.len();
         let mut covariance = DMatrix::zeros(count, count);
         for (i, j) in (0..count).flat_map(|i| (0..=i).map(move |j| (i, j))) {
             let (x, y) = (points[i], points[j]);
-            let [forward, backward] = [self.value(x, y), self.value(y, x)];
+            let [forward, backward] = [(x, y), (y, x)].map(|(x, y)| self.value(values, x, y));
             let (at, other) = (place(&x), place(&y));
             ensure!(forward.is_finite(), "k(x, x') = {forward} at x = {at}, x' = {other}");
             ensure!(
@@ -127,30 +103,35 @@ impl<const D: usize> Checked<'_, D> {
     }
 
     /// ∂∂′k of two points, or of one with itself, against differences of the formula.
-    fn slopes(&self, x: [f64; D], y: [f64; D]) -> Result<()> {
+    fn check_slopes(
+        &self,
+        values: &[f64],
+        domain: &Domain<D>,
+        [x, y]: [[f64; D]; 2],
+    ) -> Result<()> {
         let steps = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
-        let axes = self.kernel.axes.iter().copied();
-        for d in axes.filter(|_| self.kernel.smoothness != Some(0)) {
+        let axes = self.axes.iter().copied();
+        for d in axes.filter(|_| self.smoothness != Some(0)) {
             let along = Derivative::along(d).orders;
-            let (asked, sign) = self.kernel.entry([along, along]);
+            let (asked, sign) = self.entry([along, along]);
             let mut table = [0.0];
             let request = Request {
-                kernel: self.kernel,
-                hyperparameters: self.hyperparameters,
+                kernel: self,
+                hyperparameters: values,
                 first: x.each_ref().map(std::slice::from_ref),
                 second: y,
                 orders: &[asked],
             };
             request.derivatives(&mut table, &mut Hermites::default(), 0);
             let given = sign * table[0];
-            let step = STEP * self.extents[d];
+            let step = STEP * domain.extents()[d];
             let moved = |mut point: [f64; D], steps: f64| {
                 point[d] += steps * step;
                 point
             };
-            let terms = steps.map(|(a, b)| a * b * self.value(moved(x, a), moved(y, b)));
+            let terms = steps.map(|(a, b)| a * b * self.value(values, moved(x, a), moved(y, b)));
             let expected = terms.iter().sum::<f64>() / (2.0 * step).powi(2);
-            let unit = self.extents[d].powi(2);
+            let unit = domain.extents()[d].powi(2);
             let (along, at) = (d + 1, if x == y { " where x' = x" } else { "" });
             ensure!(
                 close(given * unit, expected * unit, expected.abs() * unit, SLOPE_TOLERANCE),
@@ -159,4 +140,19 @@ impl<const D: usize> Checked<'_, D> {
         }
         Ok(())
     }
+}
+
+/// Points of a covariance matrix whose eigenvalues are looked at.
+const COVARIANCE_POINTS: usize = 64;
+/// Error of a kernel's value in units of the variance: a formula of some thirty roundings.
+const VALUE_ERROR: f64 = 32.0 * f64::EPSILON;
+/// Difference between k(x, x′) and k(x′, x), relative to the larger of them and one.
+const SYMMETRY_TOLERANCE: f64 = 1e-11;
+/// Step of second differences in units of the extent. Their truncation is of first order for rough kernels where x = x′: half a
+/// per cent where the lengthscale is a twentieth of the extent.
+const STEP: f64 = 1e-4;
+const SLOPE_TOLERANCE: f64 = 0.02;
+
+fn close(a: f64, b: f64, scale: f64, tolerance: f64) -> bool {
+    (a - b).abs() <= tolerance * scale.max(1.0)
 }

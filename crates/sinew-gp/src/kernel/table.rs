@@ -84,9 +84,7 @@ impl<const D: usize> Request<'_, D> {
     /// `varied` the first one, too.
     fn expand(&self, varied: Option<usize>, mut visit: impl FnMut(usize, f64)) {
         let further: &[usize] = if varied.is_some() { &[1] } else { &[] };
-        let orders = self.orders.iter();
-        let orders: Vec<Vec<usize>> =
-            orders.map(|[first, second]| [first, second, further].concat()).collect();
+        let orders: Vec<_> = self.orders.iter().map(|[x, y]| [x, y, further].concat()).collect();
         let most = |d: usize| orders.iter().map(|order| order[d]).max().unwrap_or_default();
         let degrees: Vec<usize> = (0..2 * D + further.len()).map(most).collect();
         let variable = |value, number| Series::variable(value, number, &degrees);

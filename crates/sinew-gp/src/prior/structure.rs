@@ -150,57 +150,13 @@ pub(crate) struct Factor<const D: usize> {
 
 /// One axis: u(x) = known lifts + Σ trace shapes × free functions on the face + bubble × free function.
 pub(crate) struct AxisStructure<const D: usize> {
+    axis: usize,
+    ends: [f64; 2],
+    /// Number of derivatives, counting the value, up to which the bubble vanishes at each end.
+    contacts: [usize; 2],
     /// The bubble, then the traces.
     pub factors: Vec<Factor<D>>,
     pub lifts: Vec<Lift<D>>,
-}
-
-/// Shapes with value or slope one at one end of an axis and none at the other.
-struct Basis {
-    axis: usize,
-    ends: [f64; 2],
-    contacts: [usize; 2],
-}
-
-impl Basis {
-    fn shape(&self, from: Side, coefficients: Vec<f64>) -> Shape {
-        let (start, end) = (self.ends[from as usize], self.ends[1 - from as usize]);
-        Shape { start, length: end - start, coefficients }
-    }
-
-    /// Carries what is imposed at a side, or between the ends.
-    fn lift<const D: usize>(&self, at: Option<Side>, imposed: Imposed<D>) -> Lift<D> {
-        let (value, order, data) = imposed;
-        let shape = self.shape_of(at.unwrap_or(Side::Upper), order);
-        let lift = Lift { axis: self.axis, ends: self.ends, at, value, order, data, shape };
-        Lift { shape: lift.shape.clone().scaled(lift.sign()), ..lift }
-    }
-
-    /// The derivative of order j along the axis one at an end, other ones zero. Where the other end has conditions, Hermite's
-    /// polynomials with the same contact m at both, s^j/j! (1 − s)^m Σ_{k<m−j} C(m − 1 + k, k) s^k: linear ones between two
-    /// Dirichlet faces as in Algorithm 3, the cubic blends B⁻ and B⁺ (4.45) with slopes. Powers of s where it has none.
-    fn shape_of(&self, side: Side, j: usize) -> Shape {
-        let contact = match self.contacts[1 - side as usize] {
-            0 => 0,
-            other => other.max(self.contacts[side as usize]),
-        };
-        // In the distance s from the end.
-        let mut own = vec![0.0; j];
-        let kept = if contact == 0 { 1 } else { contact - j };
-        let factorial: f64 = (1..=j).map(|k| k as f64).product();
-        let mut binomial = 1.0;
-        for k in 0..kept {
-            own.push(binomial / factorial);
-            binomial *= (contact + k) as f64 / (k + 1) as f64;
-        }
-        for _ in 0..contact {
-            own.push(0.0);
-            (1..own.len()).rev().for_each(|k| own[k] -= own[k - 1]);
-        }
-        let shape = self.shape(side, own);
-        let scale = shape.length.powi(j as i32);
-        shape.scaled(scale)
-    }
 }
 
 /// Polynomials of a degree below `degrees` that all of the rows annihilate: a basis by ascending degree, each at right angles to
@@ -234,21 +190,56 @@ impl<const D: usize> AxisStructure<D> {
             0 => conditions.each_ref().map(|c| c.as_ref().map_or(0, Condition::contact)),
             joined => [joined; 2],
         };
-        let basis = Basis { axis, ends, contacts };
-        let mut structure = Self { factors: vec![bubble(axis, ends, contacts)], lifts: Vec::new() };
+        let factors = vec![bubble(axis, ends, contacts)];
+        let mut structure = Self { axis, ends, contacts, factors, lifts: Vec::new() };
         for side in Side::BOTH {
             let imposed = conditions[side as usize].iter().flat_map(Condition::imposed);
-            structure.lifts.extend(imposed.map(|imposed| basis.lift(Some(side), imposed)));
+            imposed.for_each(|imposed| structure.add_lift(Some(side), imposed));
         }
-        let equal = |order| basis.lift(None, (constant(0.0), order, constant(0.0)));
-        structure.lifts.extend((0..joined).map(equal));
-        let sprung =
-            |condition: &Option<Condition<D>>| matches!(condition, Some(Condition::Robin { .. }));
+        let equal = |order| (constant(0.0), order, constant(0.0));
+        (0..joined).for_each(|order| structure.add_lift(None, equal(order)));
+        let sprung = |own: &Option<Condition<D>>| matches!(own, Some(Condition::Robin { .. }));
         match conditions.iter().any(sprung) {
-            true => structure.add_nodal_traces(conditions, &basis),
-            false => structure.add_graded_traces(&basis),
+            true => structure.add_nodal_traces(conditions),
+            false => structure.add_graded_traces(),
         }
         structure
+    }
+
+    fn shape(&self, from: Side, coefficients: Vec<f64>) -> Shape {
+        let (start, end) = (self.ends[from as usize], self.ends[1 - from as usize]);
+        Shape { start, length: end - start, coefficients }
+    }
+
+    /// Carries what is imposed at a side, or between the ends.
+    fn add_lift(&mut self, at: Option<Side>, (value, order, data): Imposed<D>) {
+        let shape = self.shape_of(at.unwrap_or(Side::Upper), order);
+        let lift = Lift { axis: self.axis, ends: self.ends, at, value, order, data, shape };
+        self.lifts.push(Lift { shape: lift.shape.clone().scaled(lift.sign()), ..lift });
+    }
+
+    /// The derivative of order j along the axis one at an end, other ones zero. Where the other end has conditions, Hermite's
+    /// polynomials with the same contact m at both, s^j/j! (1 − s)^m Σ_{k<m−j} C(m − 1 + k, k) s^k: linear ones between two
+    /// Dirichlet faces as in Algorithm 3, the cubic blends B⁻ and B⁺ (4.45) with slopes. Powers of s where it has none.
+    fn shape_of(&self, side: Side, j: usize) -> Shape {
+        let [here, other] = [side as usize, 1 - side as usize].map(|end| self.contacts[end]);
+        let contact = if other == 0 { 0 } else { other.max(here) };
+        // In the distance s from the end.
+        let mut own = vec![0.0; j];
+        let kept = if contact == 0 { 1 } else { contact - j };
+        let factorial: f64 = (1..=j).map(|k| k as f64).product();
+        let mut binomial = 1.0;
+        for k in 0..kept {
+            own.push(binomial / factorial);
+            binomial *= (contact + k) as f64 / (k + 1) as f64;
+        }
+        for _ in 0..contact {
+            own.push(0.0);
+            (1..own.len()).rev().for_each(|k| own[k] -= own[k - 1]);
+        }
+        let shape = self.shape(side, own);
+        let scale = shape.length.powi(j as i32);
+        shape.scaled(scale)
     }
 
     /// Whether a factor of the value changes along another axis.
@@ -265,32 +256,32 @@ impl<const D: usize> AxisStructure<D> {
     /// those of low degree first and each at right angles to those before. Whatever a solution has on the faces, such a
     /// function has too, and the equation makes as little of it as can be; Hermite's polynomials for one free derivative each
     /// have derivatives hundreds of times as large, which the prior would have to cancel.
-    fn add_graded_traces(&mut self, basis: &Basis) {
-        let degrees = basis.contacts[0] + basis.contacts[1];
-        let (axis, [start, end]) = (basis.axis, basis.ends);
+    fn add_graded_traces(&mut self) {
+        let degrees = self.contacts[0] + self.contacts[1];
+        let (axis, [start, end]) = (self.axis, self.ends);
+        let extent = end - start;
         let of_power = |lift: &Lift<D>, power: usize| {
-            let power =
-                field(move |x: [Series; D]| ((&x[axis] - start) / (end - start)).powi(power));
-            let unit = (end - start).powi(lift.order as i32);
+            let power = field(move |x: [Series; D]| ((&x[axis] - start) / extent).powi(power));
+            let unit = extent.powi(lift.order as i32);
             unit * lift.apply(&power, &Series::plain([start; D])).value()
         };
         let row = |lift| (0..degrees).map(|power| of_power(lift, power)).collect();
         let conditions = self.lifts.iter().map(row).collect();
         for coefficients in annihilated(conditions, degrees) {
-            self.factors
-                .push(trace(basis.axis, basis.shape(Side::Lower, coefficients).normalised()));
+            let shape = self.shape(Side::Lower, coefficients).normalised();
+            self.factors.push(trace(axis, shape));
         }
     }
 
     /// Traces where an end has a spring, one for each free derivative: the spring's factor may vary over the face.
-    fn add_nodal_traces(&mut self, conditions: &[Option<Condition<D>>; 2], basis: &Basis) {
+    fn add_nodal_traces(&mut self, conditions: &[Option<Condition<D>>; 2]) {
+        let axis = self.axis;
         for (side, condition) in Side::BOTH.into_iter().zip(conditions) {
             let Some(condition) = condition else { continue };
             if let Condition::Robin { value_factor, .. } = condition {
-                let turned = if side == Side::Lower { 1.0 } else { -1.0 };
-                let (plain, turned) =
-                    (basis.shape_of(side, 0), basis.shape_of(side, 1).scaled(turned));
-                let (axis, factor) = (basis.axis, value_factor.clone());
+                let sign = if side == Side::Lower { 1.0 } else { -1.0 };
+                let (plain, turned) = (self.shape_of(side, 0), self.shape_of(side, 1).scaled(sign));
+                let factor = value_factor.clone();
                 let trace = field(move |x: [Series; D]| {
                     plain.at(&x[axis]) + turned.at(&x[axis]) * factor.at(x)
                 });
@@ -300,8 +291,8 @@ impl<const D: usize> AxisStructure<D> {
             let given = condition.imposed();
             let free = |order: &usize| given.iter().all(|(_, known, _)| known != order);
             for order in (0..condition.contact()).filter(free) {
-                let shape = basis.shape_of(side, order).normalised();
-                self.factors.push(trace(basis.axis, shape));
+                let shape = self.shape_of(side, order).normalised();
+                self.factors.push(trace(axis, shape));
             }
         }
     }

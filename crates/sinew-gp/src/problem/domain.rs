@@ -141,10 +141,7 @@ impl<const D: usize> Domain<D> {
             let ([lower, upper], margin) = (self.ends[d], share * self.extents()[d]);
             (lower - margin..=upper + margin).contains(&point[d])
         };
-        // Distances to lines are rounded.
-        let margin = |polygon: &Polygon| share.max(1e-12) * polygon.size();
-        let across =
-            |polygon: &Polygon| polygon.contains_within([point[0], point[1]], margin(polygon));
+        let across = |polygon: &Polygon| polygon.contains_within([point[0], point[1]], share);
         (0..D).all(along) && self.polygon.as_ref().is_none_or(across)
     }
 

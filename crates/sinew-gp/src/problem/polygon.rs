@@ -80,9 +80,10 @@ impl Polygon {
         edges.map(move |([ax, ay], [nx, ny])| (x - *ax) * *nx + (y - *ay) * *ny)
     }
 
-    /// Whether a point lies inside or not farther outside of any edge than `margin`.
-    pub(crate) fn contains_within(&self, point: [f64; 2], margin: f64) -> bool {
-        let [x, y] = Series::plain(point);
+    /// Whether a point lies inside or not farther outside of any edge than a share of the polygon's size.
+    pub(crate) fn contains_within(&self, point: [f64; 2], share: f64) -> bool {
+        // Distances to lines are rounded.
+        let (margin, [x, y]) = (share.max(1e-12) * self.size(), Series::plain(point));
         self.distances(&x, &y).all(|distance| distance.value() >= -margin)
     }
 
