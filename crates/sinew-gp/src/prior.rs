@@ -181,8 +181,7 @@ impl<const D: usize> Prior<D> {
             let values: Vec<f64> = places.iter().map(|point| value.value(*point)).collect();
             return Ok(data.imposed(Operator::identity(), &places, &values, Noise::Learned));
         }
-        let faces: Vec<_> =
-            (0..D).flat_map(|axis| AxisStructure::new(problem, axis).lifts).collect();
+        let faces: Vec<_> = (0..D).flat_map(|d| AxisStructure::new(problem, d).lifts).collect();
         let until = |number: usize| points * number / faces.len();
         for (number, lift) in faces.iter().enumerate() {
             let places = domain.sample(until(number + 1) - until(number), random.random())?;

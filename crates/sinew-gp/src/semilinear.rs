@@ -279,8 +279,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
             let model = self.linearised(task, points, &values, &theta)?;
             // Parameters of a start on other data may be of another number.
             let count = model.parameters().len();
-            let mut starts: Vec<_> =
-                parameters.into_iter().filter(|known| known.len() == count).collect();
+            let mut starts = Vec::from_iter(parameters.filter(|known| known.len() == count));
             // The first linearisations are far from the last: what fits them best may be elsewhere.
             if change > NEARLY || starts.is_empty() {
                 starts.extend(model.random_starts(task.options));

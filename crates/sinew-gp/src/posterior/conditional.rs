@@ -128,9 +128,8 @@ impl<const D: usize> Conditional<D> {
         check_lengths(functional.points.len(), weights.len())?;
         check_finite("weight", weights, 1)?;
         let (mean, covariance) = self.joint(&functional.operator, &functional.points)?;
-        let columns = weights.iter().enumerate();
-        let variance: f64 =
-            columns.map(|(j, w)| w * dot(covariance.col_as_slice(j), weights)).sum();
+        let each = weights.iter().enumerate();
+        let variance: f64 = each.map(|(j, w)| w * dot(covariance.col_as_slice(j), weights)).sum();
         Ok((dot(&mean, weights), variance.max(0.0).sqrt()))
     }
 

@@ -89,8 +89,7 @@ impl<const D: usize> PointCoefficients<D> {
                 Ok(number)
             };
             let factor = |term: &Term<D>, what: &str| {
-                let function =
-                    term.function.as_ref().map_or(1.0, |function| function.value(*point));
+                let function = term.function.as_ref().map_or(1.0, |own| own.value(*point));
                 finite(term.scale * function, what)
             };
             // Known functions are there whatever u is, as a mean of the operator.

@@ -160,8 +160,7 @@ fn check_corner<const D: usize>(domain: &Domain<D>, a: &Lift<D>, b: &Lift<D>) ->
             );
         }
         // ∂ along the second axis of the first face's data, against ∂ along the first of the second's.
-        let [implied, asked] =
-            [b.apply(&a.data, &x), a.apply(&b.data, &x)].map(|given| given.value());
+        let [implied, asked] = [b.apply(&a.data, &x).value(), a.apply(&b.data, &x).value()];
         let scale = (implied.abs() + asked.abs() + size).max(f64::MIN_POSITIVE);
         // NaN differs from everything.
         ensure!(

@@ -142,9 +142,8 @@ impl<const D: usize> Operator<D> {
 
     /// Highest order along each axis.
     pub fn orders(&self) -> [usize; D] {
-        std::array::from_fn(|d| {
-            self.terms.iter().map(|t| t.derivative.orders[d]).max().unwrap_or(0)
-        })
+        let most = |d| self.terms.iter().map(|t| t.derivative.orders[d]).max().unwrap_or(0);
+        std::array::from_fn(most)
     }
 
     /// Known functions of the operator: summands without u, each with the identity as its derivative.
