@@ -22,7 +22,9 @@ pub use fibres::Fibres;
 pub use laws::{Law, Range};
 pub use loads::{FoundationLoad, Load, Pressure, Rim};
 pub use mesh::{BiventricleMesh, BoxMesh, Element, EllipsoidMesh, LiverMesh, MeshSource};
-pub use sanity::{doubtful_displacements, locking_in_words, negligible_displacement};
+pub use sanity::{
+    branched_in_words, doubtful_displacements, locking_in_words, negligible_displacement,
+};
 pub use select::{
     Select, SelectBeyond, SelectBox, SelectFacing, SelectNear, SelectPlane, SelectSphere,
 };
@@ -35,10 +37,11 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use sinew_energy::laws::NamedLaw;
 use sinew_energy::{Body, Magnitude, Scene, SceneError};
+use sinew_mesh::AnyMesh;
 use source::Source;
-pub(crate) use source::advise;
 pub use source::{CaseError, Exactly};
-use std::collections::BTreeMap;
+pub(crate) use source::{Result, advise, cell_name};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -167,7 +170,7 @@ impl Case {
 
     /// The case with paths of files that are relative to its own.
     fn beside_its_file(mut self) -> Self {
-        let folder = Path::new(self.source.file()).parent().unwrap_or(Path::new("."));
+        let folder = Path::new(&self.source.file).parent().unwrap_or(Path::new("."));
         if let Some(file) = &mut self.mesh.file {
             *file = folder.join(&*file);
         }
@@ -182,7 +185,7 @@ impl Case {
     ///
     /// # Errors
     /// As [`Case::parse`].
-    pub fn revived(text: &str, file: &str, mesh: sinew_mesh::AnyMesh) -> Result<Self, CaseError> {
+    pub fn revived(text: &str, file: &str, mesh: AnyMesh) -> Result<Self, CaseError> {
         let mut case = Self::parse(text, file)?.beside_its_file();
         case.mesh.made = Some(Arc::new(mesh));
         Ok(case)
@@ -211,9 +214,8 @@ impl Case {
         Self::of(Source::unseen(name, &keys.to_string()), name)
     }
 
-    fn of(source: Source, file: &str) -> Result<Self, CaseError> {
-        let mut case: Self =
-            toml::from_str(source.text()).map_err(|error| source.syntax(&error))?;
+    fn of(source: Source, file: &str) -> Result<Self> {
+        let mut case: Self = toml::from_str(&source.text).map_err(|error| source.syntax(&error))?;
         if case.name.is_empty() {
             let stem = Path::new(file).file_stem().unwrap_or_default();
             case.name = stem.to_string_lossy().into_owned();
@@ -252,7 +254,7 @@ impl Case {
     /// assert_eq!(body.positions.iter().map(|x| x[0]).fold(0.0, f64::max), 30.0);
     /// # Ok::<(), sinew::CaseError>(())
     /// ```
-    pub fn on(mut self, mesh: sinew_mesh::AnyMesh) -> Self {
+    pub fn on(mut self, mesh: AnyMesh) -> Self {
         let given = Some(Arc::new(mesh));
         let MeshSource { unit, merge, keep, .. } = self.mesh;
         self.mesh = MeshSource { given, unit, merge, keep, ..MeshSource::default() };
@@ -268,18 +270,18 @@ impl Case {
     ///
     /// # Errors
     /// A mesh that cannot be read or made.
-    pub fn mesh_made(&self) -> Result<sinew_mesh::AnyMesh, CaseError> {
+    pub fn mesh_made(&self) -> Result<AnyMesh, CaseError> {
         self.mesh.make(&self.source)
     }
 
     /// Name of the case file.
     pub fn file(&self) -> &str {
-        self.source.file()
+        &self.source.file
     }
 
     /// Text of the case file.
     pub fn text(&self) -> &str {
-        self.source.text()
+        &self.source.text
     }
 
     /// The body, in mm and kPa.
@@ -295,7 +297,7 @@ impl Case {
     ///
     /// # Errors
     /// As [`Case::body`].
-    pub fn body_on(&self, mesh: sinew_mesh::AnyMesh) -> Result<Body, CaseError> {
+    pub fn body_on(&self, mesh: AnyMesh) -> Result<Body, CaseError> {
         self.potential(self.lowered_on(mesh)?)
     }
 
@@ -317,7 +319,7 @@ impl Case {
     ///
     /// # Errors
     /// As [`Case::lowered`].
-    pub fn lowered_on(&self, mut mesh: sinew_mesh::AnyMesh) -> Result<Body, CaseError> {
+    pub fn lowered_on(&self, mut mesh: AnyMesh) -> Result<Body, CaseError> {
         self.mesh.check_filled(&mesh, &self.source)?;
         self.lower_selections(&mut mesh)?;
         if let Some(fibres) = &self.fibres {
@@ -343,11 +345,7 @@ impl Case {
     }
 
     /// The body on a mesh that has its fibres.
-    fn lower(
-        &self,
-        mut mesh: sinew_mesh::AnyMesh,
-        formulation: Formulation,
-    ) -> Result<Body, CaseError> {
+    fn lower(&self, mut mesh: AnyMesh, formulation: Formulation) -> Result<Body> {
         let law = self.law.row(&self.source)?;
         self.check_active(law)?;
         let parameters = self.lower_parameters(law)?;
@@ -388,7 +386,7 @@ impl Case {
     }
 
     /// Unit directions, as many as the law reads, of cells, nodes or quadrature points.
-    fn directions(&self, law: &NamedLaw, scene: &Scene) -> Result<Vec<[f64; 3]>, CaseError> {
+    fn directions(&self, law: &NamedLaw, scene: &Scene) -> Result<Vec<[f64; 3]>> {
         match self.fibres.as_ref().and_then(|fibres| fibres.ellipsoid) {
             Some(rule) if law.directions > 0 => {
                 rule.directions(law, &self.mesh, scene, &self.source)
@@ -406,20 +404,11 @@ impl Case {
 
     /// Names of the parameters that loads read, each once, as they come.
     fn load_parameters(&self) -> Vec<&str> {
-        let mut names: Vec<&str> = Vec::new();
-        for name in self.loads.iter().filter_map(Load::parameter) {
-            if !names.contains(&name) {
-                names.push(name);
-            }
-        }
-        names
+        let mut known = BTreeSet::new();
+        self.loads.iter().filter_map(Load::parameter).filter(|name| known.insert(*name)).collect()
     }
 
-    fn lower_loads(
-        &self,
-        mesh: &sinew_mesh::AnyMesh,
-        law: &NamedLaw,
-    ) -> Result<Vec<sinew_energy::Load>, CaseError> {
+    fn lower_loads(&self, mesh: &AnyMesh, law: &NamedLaw) -> Result<Vec<sinew_energy::Load>> {
         let names = self.load_parameters();
         let index = |name: &str| {
             let at = names.iter().position(|known| *known == name).unwrap_or_default();
@@ -429,17 +418,11 @@ impl Case {
         self.loads.iter().enumerate().map(lower).collect()
     }
 
-    fn lower_supports(
-        &self,
-        mesh: &mut sinew_mesh::AnyMesh,
-    ) -> Result<Vec<sinew_energy::Support>, CaseError> {
+    fn lower_supports(&self, mesh: &mut AnyMesh) -> Result<Vec<sinew_energy::Support>> {
         // Springs may hold the body too; lowering the scene checks whether they hold all rigid motions.
         let held = self.loads.iter().any(|load| load.foundation.is_some());
-        self.source.refuse_if(
-            self.supports.is_empty() && !held,
-            &["supports"],
-            || "the body is held nowhere; add { clamped = \"NODE SET\" }",
-        )?;
+        let reason = "the body is held nowhere; add { clamped = \"NODE SET\" }";
+        self.source.refuse_if(self.supports.is_empty() && !held, &["supports"], || reason)?;
         let lower =
             |(number, support): (usize, &Support)| support.lower(number, mesh, &self.source);
         self.supports.iter().enumerate().map(lower).collect()

@@ -155,13 +155,11 @@ impl PatientFile {
             place += count;
             written.remove("value");
             written.remove("values");
-            match of_all {
-                true => {
-                    let list = values.into_iter().map(Value::Float).collect();
-                    written.insert("values".into(), Value::Array(list))
-                }
-                false => written.insert("value".into(), Value::Float(values[0])),
+            let (key, value) = match of_all {
+                true => ("values", Value::from(values)),
+                false => ("value", Value::from(values[0])),
             };
+            written.insert(key.into(), value);
         }
         toml::to_string(&root).map_err(|error| refuse(error.to_string()))
     }

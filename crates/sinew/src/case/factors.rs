@@ -1,9 +1,9 @@
 //! Factors from place to place: a stiffness that differs, and where muscle contracts.
 
+use super::Case;
 use super::fibres::field_of;
-use super::source::{Source, advise};
+use super::source::{Result, Source, advise};
 use super::supports::add_node_set;
-use super::{Case, CaseError};
 use serde::Deserialize;
 use serde::de::{Deserializer, MapAccess, Visitor, value::MapAccessDeserializer};
 use sinew_energy::laws::{LAWS, NamedLaw, TENSION};
@@ -54,7 +54,7 @@ impl Active {
 
 impl Factors {
     /// Checks that the factors name either a field or a set, and that the mesh has it.
-    fn prepare(&self, key: &str, mesh: &mut AnyMesh, source: &Source) -> Result<(), CaseError> {
+    fn prepare(&self, key: &str, mesh: &mut AnyMesh, source: &Source) -> Result<()> {
         match (&self.field, &self.nodes, &self.cells, self.factor) {
             (Some(_), None, None, None) => Ok(()),
             (None, Some(nodes), None, Some(_)) => {
@@ -85,16 +85,15 @@ impl Factors {
         positive: bool,
         body: &Body,
         source: &Source,
-    ) -> Result<Vec<f64>, CaseError> {
+    ) -> Result<Vec<f64>> {
         let required = if positive { "above zero" } else { "zero or more" };
         let fits =
             |factor: f64| factor.is_finite() && (factor > 0.0 || (factor == 0.0 && !positive));
         let mesh = &*body.mesh;
         let Some(name) = &self.field else {
             let factor = self.factor.unwrap_or(1.0);
-            source.refuse_if(!fits(factor), &[key, "factor"], || {
-                format!("{factor} is not a factor; give a finite number {required}")
-            })?;
+            let reason = || format!("{factor} is not a factor; give a finite number {required}");
+            source.refuse_if(!fits(factor), &[key, "factor"], reason)?;
             if let Some(cells) = self.cells.as_ref().and_then(|name| mesh.cells_of(name)) {
                 let mut of_cells = vec![1.0; mesh.cell_count()];
                 cells.into_iter().for_each(|cell| of_cells[cell] = factor);
@@ -118,15 +117,12 @@ impl Factors {
                 format!("`{name}` is {value} at {place} {at}; give finite numbers {required}");
             return Err(error(reason));
         }
-        match of_cells {
-            true => Ok(values.into_owned()),
-            false => means(key, body, &values, source),
-        }
+        if of_cells { Ok(values.into_owned()) } else { means(key, body, &values, source) }
     }
 }
 
 /// Means of nodal factors over the nodes of each cell.
-fn means(key: &str, body: &Body, of_nodes: &[f64], source: &Source) -> Result<Vec<f64>, CaseError> {
+fn means(key: &str, body: &Body, of_nodes: &[f64], source: &Source) -> Result<Vec<f64>> {
     body.cell_factors(of_nodes).map_err(|error| source.error(&[key], error.to_string()))
 }
 
@@ -135,7 +131,7 @@ const ACTIVE: &str = "active";
 
 impl Case {
     /// Refuses a contraction that the law cannot do.
-    pub(super) fn check_active(&self, law: &NamedLaw) -> Result<(), CaseError> {
+    pub(super) fn check_active(&self, law: &NamedLaw) -> Result<()> {
         let wrong = self.active.contracts() && !law.is_fibrous_solid();
         self.source.refuse_if(wrong, &[ACTIVE], || {
             let able = LAWS.iter().filter(|row| row.is_fibrous_solid()).map(|row| row.name);
@@ -157,12 +153,12 @@ impl Case {
     }
 
     /// Makes sure that the mesh has the sets that factors name.
-    pub(super) fn prepare_factors(&self, mesh: &mut AnyMesh) -> Result<(), CaseError> {
+    pub(super) fn prepare_factors(&self, mesh: &mut AnyMesh) -> Result<()> {
         self.factors().try_for_each(|(key, factors)| factors.prepare(key, mesh, &self.source))
     }
 
     /// The body with its field of stiffness, which leaves the tension as it is, and with factors of the tension.
-    pub(super) fn with_factors(&self, body: Body) -> Result<Body, CaseError> {
+    pub(super) fn with_factors(&self, body: Body) -> Result<Body> {
         let error = |key: &str, error: SceneError| self.source.error(&[key], error.to_string());
         let of = |key, positive, factors: Option<&Factors>| {
             factors.map(|factors| factors.of_cells(key, positive, &body, &self.source)).transpose()

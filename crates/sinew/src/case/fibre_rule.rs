@@ -1,9 +1,8 @@
 //! Fibres by rule: in the wall of a ventricle, and in closed form between two ellipsoids.
 
-use super::CaseError;
 use super::fibres::write;
 use super::mesh::MeshSource;
-use super::source::{Exactly, Source};
+use super::source::{Exactly, Result, Source};
 use serde::Deserialize;
 use sinew_energy::Scene;
 use sinew_energy::laws::NamedLaw;
@@ -110,7 +109,7 @@ impl EllipsoidRule {
         made: &MeshSource,
         scene: &Scene,
         source: &Source,
-    ) -> Result<Vec<[f64; 3]>, CaseError> {
+    ) -> Result<Vec<[f64; 3]>> {
         let error = |reason: String| source.error(&["fibres", "ellipsoid"], reason);
         let Some(shape) = made.ellipsoid else {
             let reason =

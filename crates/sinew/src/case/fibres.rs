@@ -1,8 +1,7 @@
 //! Directions of fibres.
 
-use super::CaseError;
 use super::fibre_rule::{EllipsoidRule, FibreRule};
-use super::source::{Exactly, Source, advise};
+use super::source::{Exactly, Result, Source, advise};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use sinew_energy::Body;
@@ -41,7 +40,7 @@ const WRITTEN: [&str; 3] = ["fibre", "sheet", "normal"];
 
 impl Fibres {
     /// Writes directions that no field holds into the mesh.
-    pub(super) fn lay(&self, mesh: &mut AnyMesh, source: &Source) -> Result<(), CaseError> {
+    pub(super) fn lay(&self, mesh: &mut AnyMesh, source: &Source) -> Result<()> {
         let Self { file, field, direction, rule, ellipsoid, .. } = self;
         if let Some(file) = file {
             self.copy(file, mesh).map_err(|reason| source.error(&["fibres", "file"], reason))?;
@@ -73,18 +72,15 @@ impl Fibres {
             return Err("it belongs to a `field`, which names the fibres in the file".into());
         }
         let (other, _) = sinew_mesh::read(file).map_err(|error| error.to_string())?;
-        let [ours, theirs] = [&*mesh, &other].map(|mesh| (mesh.points().len(), mesh.cell_count()));
+        let [ours, theirs] = [&*mesh, &other].map(|mesh| [mesh.points().len(), mesh.cell_count()]);
         let [own, apart] = [mesh.points(), other.points()].map(relative);
         let same =
             |(a, b): (&[f64; 3], &[f64; 3])| (0..3).all(|i| (a[i] - b[i]).abs() <= SAME_PLACE);
         if ours != theirs || !own.iter().zip(&apart).all(same) {
+            let ([nodes, cells], [own_nodes, own_cells]) = (theirs, ours);
             return Err(format!(
-                "{} has another mesh, of {} nodes and {} cells; the body has {} and {}, and both must be in the same order and places",
-                file.display(),
-                theirs.0,
-                theirs.1,
-                ours.0,
-                ours.1
+                "{} has another mesh, of {nodes} nodes and {cells} cells; the body has {own_nodes} and {own_cells}, and both must be in the same order and places",
+                file.display()
             ));
         }
         for name in self.fields() {
@@ -145,11 +141,8 @@ impl Fibres {
 
 /// Points from the corner of their box, relative to its longest edge.
 fn relative(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    let corner = |pick: fn(f64, f64) -> f64, from: f64| {
-        points.iter().fold([from; 3], |end, x| [0, 1, 2].map(|i| pick(end[i], x[i])))
-    };
-    let [least, most] = [corner(f64::min, f64::INFINITY), corner(f64::max, f64::NEG_INFINITY)];
-    let size = (0..3).map(|i| most[i] - least[i]).fold(0.0, f64::max);
+    let least = [0, 1, 2].map(|i| points.iter().map(|x| x[i]).fold(f64::INFINITY, f64::min));
+    let size = sinew_mesh::extents(points).into_iter().fold(0.0, f64::max);
     points.iter().map(|x| [0, 1, 2].map(|i| (x[i] - least[i]) / size)).collect()
 }
 
@@ -186,7 +179,7 @@ pub(super) fn directions(
     law: &NamedLaw,
     mesh: &AnyMesh,
     source: &Source,
-) -> Result<Vec<[f64; 3]>, CaseError> {
+) -> Result<Vec<[f64; 3]>> {
     if law.directions == 0 {
         return Ok(Vec::new());
     }
@@ -211,11 +204,8 @@ pub(super) fn directions(
     let columns = names.iter().zip(keys).take(law.directions).map(read);
     let columns: Vec<Vec<[f64; 3]>> = columns.collect::<Result<_, _>>()?;
     let differ = columns.iter().any(|column| column.len() != columns[0].len());
-    source.refuse_if(
-        differ,
-        &["fibres", "sheets"],
-        || "fibres and sheets must both be fields of cells, or both of nodes",
-    )?;
+    let reason = "fibres and sheets must both be fields of cells, or both of nodes";
+    source.refuse_if(differ, &["fibres", "sheets"], || reason)?;
     let mut directions = Vec::with_capacity(law.directions * columns[0].len());
     for index in 0..columns[0].len() {
         let given: Vec<_> = columns.iter().map(|column| column[index]).collect();

@@ -1,8 +1,8 @@
 //! The law of a case file, and the ranges of its parameters.
 
-use super::source::{Exactly, Source, advise};
+use super::Case;
+use super::source::{Exactly, Result, Source, advise};
 use super::units::stress;
-use super::{Case, CaseError};
 use crate::theta::required;
 use serde::Deserialize;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
@@ -26,7 +26,7 @@ pub struct Law {
 
 impl Law {
     /// The row of the table.
-    pub(super) fn row(&self, source: &Source) -> Result<&'static NamedLaw, CaseError> {
+    pub(super) fn row(&self, source: &Source) -> Result<&'static NamedLaw> {
         let Some(row) = LAWS.iter().find(|row| row.name == self.name) else {
             let advice = advise(&self.name, LAWS.iter().map(|row| row.name), "laws");
             return Err(source.error(&["law"], format!("there is no law `{}`{advice}", self.name)));
@@ -35,13 +35,11 @@ impl Law {
         source.refuse_if(row.bulk_modulus && !given, &["law"], || {
             format!("`bulk_modulus` [kPa], the penalty on changes of volume, is missing; write law = {{ name = \"{name}\", bulk_modulus = 25.0 }}")
         })?;
-        source.refuse_if(given && !row.bulk_modulus, &["law", "bulk_modulus"], || {
-            format!("`{name}` has no bulk modulus of its own; leave it out")
-        })?;
+        let reason = || format!("`{name}` has no bulk modulus of its own; leave it out");
+        source.refuse_if(given && !row.bulk_modulus, &["law", "bulk_modulus"], reason)?;
         let wrong = self.strain.is_some() && !row.is_fibrous_solid();
-        source.refuse_if(wrong, &["law", "strain"], || {
-            format!("`{name}` reads one strain only; leave it out")
-        })?;
+        let reason = || format!("`{name}` reads one strain only; leave it out");
+        source.refuse_if(wrong, &["law", "strain"], reason)?;
         Ok(row)
     }
 
@@ -75,7 +73,7 @@ impl<'de> Deserialize<'de> for Law {
 }
 
 /// Range of a parameter, or its value where that is known, so that θ does not list it.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(remote = "Self", deny_unknown_fields)]
 pub struct Range {
     /// Smallest and largest value, in `unit`.
@@ -99,11 +97,9 @@ impl Case {
     }
 
     /// θ: the law's parameters in its order, then those of the loads.
-    pub(super) fn lower_parameters(&self, law: &NamedLaw) -> Result<Vec<Parameter>, CaseError> {
-        let of_law = self.law_parameters(law);
-        let of_loads = self.load_parameters().into_iter().map(|name| (name, "kPa"));
-        let mut expected: Vec<(&str, &str)> = of_law.collect();
-        expected.extend(of_loads);
+    pub(super) fn lower_parameters(&self, law: &NamedLaw) -> Result<Vec<Parameter>> {
+        let mut expected: Vec<(&str, &str)> = self.law_parameters(law).collect();
+        expected.extend(self.load_parameters().into_iter().map(|name| (name, "kPa")));
         let known = || expected.iter().map(|(name, _)| *name);
         if let Some(name) = self.parameters.keys().find(|name| known().all(|known| known != *name))
         {
@@ -130,7 +126,7 @@ impl Case {
         expected.iter().map(parameter).collect()
     }
 
-    fn lower_range(&self, name: &str, unit: &str, range: &Range) -> Result<Parameter, CaseError> {
+    fn lower_range(&self, name: &str, unit: &str, range: &Range) -> Result<Parameter> {
         let error = |key: &str, reason| Err(self.source.error(&["parameters", name, key], reason));
         let unit = match (unit, range.unit.as_deref().unwrap_or(unit)) {
             ("kPa", given) => match stress(given) {
@@ -178,7 +174,7 @@ impl Case {
     }
 
     /// Requires that the law makes sense in all of the ranges.
-    pub(super) fn check_bounds(&self, body: &Body) -> Result<(), CaseError> {
+    pub(super) fn check_bounds(&self, body: &Body) -> Result<()> {
         for (index, parameter) in
             body.parameters.iter().enumerate().take(body.material.parameters().len())
         {
@@ -212,15 +208,14 @@ impl<'de> Deserialize<'de> for Range {
                 )
             }
             fn visit_f64<E>(self, value: f64) -> Result<Range, E> {
-                let value = Some(value);
-                Ok(Range { range: None, value, unit: None, sampling: None })
+                Ok(Range { value: Some(value), ..Range::default() })
             }
             fn visit_i64<E: serde::de::Error>(self, value: i64) -> Result<Range, E> {
                 self.visit_f64(value as f64)
             }
             fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Range, A::Error> {
                 let range = Some(Exactly::deserialize(SeqAccessDeserializer::new(seq))?);
-                Ok(Range { range, value: None, unit: None, sampling: None })
+                Ok(Range { range, ..Range::default() })
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Range, A::Error> {
                 // The derived one.

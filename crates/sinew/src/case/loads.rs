@@ -1,9 +1,9 @@
 //! Loads, and cases without a potential: mixed elements, and pressures whose rim moves freely.
 
+use super::Case;
 use super::mesh::by_place;
-use super::source::{Exactly, Source, advise};
+use super::source::{Exactly, Result, Source, advise};
 use super::units::quantity;
-use super::{Case, CaseError};
 use serde::Deserialize;
 use serde::de::{Deserializer, Visitor};
 use sinew_energy::{Body, Magnitude};
@@ -76,7 +76,7 @@ impl Load {
         mesh: &AnyMesh,
         index: impl Fn(&str) -> Magnitude,
         source: &Source,
-    ) -> Result<sinew_energy::Load, CaseError> {
+    ) -> Result<sinew_energy::Load> {
         let at = number.to_string();
         let magnitude = |pressure: &Pressure| match pressure {
             Pressure::Fixed(kpa) => Magnitude::Fixed(*kpa),
@@ -84,18 +84,13 @@ impl Load {
         };
         let facets = || self.facet_set(&at, mesh, source);
         let Self { body_force, traction, pressure, thesis_pressure, foundation, .. } = self;
-        source.refuse_if(
-            self.rim.is_some() && pressure.is_none(),
-            &["loads", &at, "rim"],
-            || "only a `pressure` has a rim; leave it out",
-        )?;
+        let misplaced = self.rim.is_some() && pressure.is_none();
+        let reason = "only a `pressure` has a rim; leave it out";
+        source.refuse_if(misplaced, &["loads", &at, "rim"], || reason)?;
         Ok(match (body_force, traction, pressure, thesis_pressure, foundation) {
             (Some(force), None, None, None, None) => {
-                source.refuse_if(
-                    self.facets.is_some(),
-                    &["loads", &at, "facets"],
-                    || "a body force acts on all of the body; leave the facets out",
-                )?;
+                let reason = "a body force acts on all of the body; leave the facets out";
+                source.refuse_if(self.facets.is_some(), &["loads", &at, "facets"], || reason)?;
                 sinew_energy::Load::BodyForce(force.0)
             }
             (None, Some(value), None, None, None) => {
@@ -122,7 +117,7 @@ impl Load {
     }
 
     /// The facet set that is named, if the mesh has it.
-    fn facet_set(&self, at: &str, mesh: &AnyMesh, source: &Source) -> Result<String, CaseError> {
+    fn facet_set(&self, at: &str, mesh: &AnyMesh, source: &Source) -> Result<String> {
         let sets = mesh.facet_sets();
         let known = || sets.keys().map(String::as_str);
         let Some(name) = &self.facets else {
@@ -179,7 +174,7 @@ impl<'de> Deserialize<'de> for Pressure {
 
 impl Case {
     /// The body, if it has a potential.
-    pub(super) fn potential(&self, body: Body) -> Result<Body, CaseError> {
+    pub(super) fn potential(&self, body: Body) -> Result<Body> {
         if body.has_potential() {
             return Ok(body);
         }
@@ -201,7 +196,7 @@ impl Case {
     }
 
     /// Refuses pressures without a potential whose loads do not say that their rim is loose.
-    pub(super) fn check_rims(&self, body: &Body) -> Result<(), CaseError> {
+    pub(super) fn check_rims(&self, body: &Body) -> Result<()> {
         let mesh = &body.mesh;
         for (number, load) in self.loads.iter().enumerate() {
             let (None, Some(_), Some(name)) = (load.rim, &load.pressure, &load.facets) else {
@@ -210,9 +205,8 @@ impl Case {
             let facets = mesh.facet_sets().get(name).into_iter().flatten();
             let nodes: Vec<usize> = facets.flat_map(|&f| mesh.nodes_of_facet(f)).collect();
             let is_loose = body.followers.iter().any(|follower| follower.nodes == nodes);
-            self.source.refuse_if(is_loose, &["loads", &number.to_string()], || {
-                format!("the rim of `{name}` moves freely; hold it, or {LOOSE}")
-            })?;
+            let reason = || format!("the rim of `{name}` moves freely; hold it, or {LOOSE}");
+            self.source.refuse_if(is_loose, &["loads", &number.to_string()], reason)?;
         }
         Ok(())
     }

@@ -1,7 +1,6 @@
 //! Meshes: from a file, or made.
 
-use super::CaseError;
-use super::source::{Exactly, Source, cell_name};
+use super::source::{CaseError, Exactly, Result, Source, cell_name};
 use super::units::LENGTH;
 use serde::Deserialize;
 use sinew_energy::listed;
@@ -123,7 +122,7 @@ pub(super) const MICROMETRE: f64 = 1e-3;
 
 impl MeshSource {
     /// The unit of length \[mm\].
-    pub(super) fn scale(&self, source: &Source) -> Result<f64, CaseError> {
+    pub(super) fn scale(&self, source: &Source) -> Result<f64> {
         let found = LENGTH.unit(self.unit.as_deref().unwrap_or("mm"));
         found.map(|(_, mm)| mm).map_err(|reason| source.error(&["mesh", "unit"], reason))
     }
@@ -134,7 +133,7 @@ impl MeshSource {
     }
 
     /// Refuses a surface in the place of a body.
-    pub(super) fn check_filled(&self, mesh: &AnyMesh, source: &Source) -> Result<(), CaseError> {
+    pub(super) fn check_filled(&self, mesh: &AnyMesh, source: &Source) -> Result<()> {
         let [x, y, z] = sinew_mesh::extents(mesh.points());
         if mesh.element().dimension == 3 || z <= SURFACE_HEIGHT * x.max(y).max(z) {
             return Ok(());
@@ -173,7 +172,7 @@ impl MeshSource {
     }
 
     /// The mesh \[mm\].
-    pub(super) fn make(&self, source: &Source) -> Result<AnyMesh, CaseError> {
+    pub(super) fn make(&self, source: &Source) -> Result<AnyMesh> {
         if let Some(made) = &self.made {
             return Ok((**made).clone());
         }
@@ -205,16 +204,13 @@ impl MeshSource {
     }
 
     /// The mesh of the file or of the numbers, in its unit, and what its reader changed.
-    fn read_or_made(&self, source: &Source) -> Result<(AnyMesh, ReadReport), CaseError> {
+    fn read_or_made(&self, source: &Source) -> Result<(AnyMesh, ReadReport)> {
         let element = self.element.unwrap_or_default();
         let made = (&self.cuboid, &self.ellipsoid, &self.biventricle, &self.liver);
         let mesh = match (&self.file, made) {
             (Some(file), (None, None, None, None)) => {
-                source.refuse_if(
-                    self.element.is_some(),
-                    &["mesh", "element"],
-                    || "a file holds its own kind of cell; leave it out",
-                )?;
+                let reason = "a file holds its own kind of cell; leave it out";
+                source.refuse_if(self.element.is_some(), &["mesh", "element"], || reason)?;
                 let error = |reason| self.file_error(source, reason);
                 let read = if self.merge { sinew_mesh::read_merged } else { sinew_mesh::read };
                 return read(file).map_err(|reason| match reason {
@@ -242,11 +238,10 @@ impl MeshSource {
 }
 
 impl BoxMesh {
-    fn make(self, element: Element, source: &Source) -> Result<AnyMesh, CaseError> {
+    fn make(self, element: Element, source: &Source) -> Result<AnyMesh> {
         let Self { extent: Exactly(extent), cells: Exactly(cells) } = self;
-        source.refuse_if(!extent.into_iter().all(is_length), &["mesh", "box", "extent"], || {
-            format!("[{}] is not a size; give three positive lengths", listed(&extent))
-        })?;
+        let reason = || format!("[{}] is not a size; give three positive lengths", listed(&extent));
+        source.refuse_if(!extent.into_iter().all(is_length), &["mesh", "box", "extent"], reason)?;
         source.refuse_if(cells.contains(&0), &["mesh", "box", "cells"], || {
             format!("[{}] leaves no cell along an edge; give at least 1 each", listed(&cells))
         })?;
@@ -267,7 +262,7 @@ impl EllipsoidMesh {
         TruncatedEllipsoid { short, long, base: scale * base }
     }
 
-    fn make(self, element: Element, source: &Source) -> Result<AnyMesh, CaseError> {
+    fn make(self, element: Element, source: &Source) -> Result<AnyMesh> {
         let Self { short: Exactly(short), long: Exactly(long), base, cells: Exactly(cells) } = self;
         let at = |key| ["mesh", "ellipsoid", key];
         for (key, [inner, outer]) in [("short", short), ("long", long)] {
@@ -278,9 +273,8 @@ impl EllipsoidMesh {
                 )
             })?;
         }
-        source.refuse_if(base.is_nan() || base.abs() >= long[0], &at("base"), || {
-            format!("the plane z = {base} cuts no ellipsoid of semi-axis {}", long[0])
-        })?;
+        let reason = || format!("the plane z = {base} cuts no ellipsoid of semi-axis {}", long[0]);
+        source.refuse_if(base.is_nan() || base.abs() >= long[0], &at("base"), reason)?;
         few_enough(cells).map_err(|reason| source.error(&at("cells"), reason))?;
         let [_, around, along] = cells;
         let wrong = cells.contains(&0) || around % 8 != 0 || around >= 8 * along;
@@ -300,7 +294,7 @@ impl EllipsoidMesh {
 }
 
 impl BiventricleMesh {
-    fn make(self, element: Element, source: &Source) -> Result<AnyMesh, CaseError> {
+    fn make(self, element: Element, source: &Source) -> Result<AnyMesh> {
         let Self { radius, depth, wall, septum, edge } = self;
         let at = |key| ["mesh", "biventricle", key];
         let names = ["radius", "depth", "wall", "septum", "edge"];
@@ -327,7 +321,7 @@ impl BiventricleMesh {
 }
 
 impl LiverMesh {
-    fn make(self, element: Element, source: &Source) -> Result<AnyMesh, CaseError> {
+    fn make(self, element: Element, source: &Source) -> Result<AnyMesh> {
         let Self { length, edge } = self;
         check_length(length, &["mesh", "liver", "length"], source)?;
         let liver = IdealLiver { length };
@@ -345,13 +339,13 @@ fn is_length(size: f64) -> bool {
     size > 0.0 && size.is_finite()
 }
 
-fn check_length(size: f64, keys: &[&str], source: &Source) -> Result<(), CaseError> {
+fn check_length(size: f64, keys: &[&str], source: &Source) -> Result<()> {
     source.refuse_if(!is_length(size), keys, || {
         format!("{size} is not a length; give a positive one")
     })
 }
 
-fn check_tetrahedra(element: Element, body: &str, source: &Source) -> Result<(), CaseError> {
+fn check_tetrahedra(element: Element, body: &str, source: &Source) -> Result<()> {
     source.refuse_if(element != Element::Tetrahedra, &["mesh", "element"], || {
         format!("{body} made of tetrahedra only; leave it out")
     })

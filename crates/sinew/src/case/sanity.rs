@@ -4,7 +4,9 @@ use super::Case;
 use super::mesh::MICROMETRE;
 use super::units::length_within;
 use crate::output::least_and_largest_ratio;
+use crate::theta::theta_in_words;
 use rayon::prelude::*;
+use sinew_emulate::Simulations;
 use sinew_emulate::parts::dot;
 use sinew_energy::{Body, Mat3};
 use sinew_fem::LockingWarning;
@@ -149,6 +151,16 @@ pub fn doubtful_displacements(body: &Body, fields: &[&[f64]]) -> Vec<String> {
         )
     });
     still.into_iter().chain(squeezed).collect()
+}
+
+/// Warning about solutions that a rising load does not lead to; `cure` raises the load step by step.
+pub fn branched_in_words(body: &Body, found: &Simulations, cure: &str) -> Option<String> {
+    let first = theta_in_words(body, found.branched.first()?);
+    let (count, all) = (found.branched.len(), found.fields.len());
+    Some(format!(
+        "{count} of {all} solutions are not those that a rising load leads to, the first at {first}: the body has several stable equilibria; {cure} \
+         raises the load step by step"
+    ))
 }
 
 /// Warning about a displacement that is almost zero; `None` where everything is held.

@@ -1,7 +1,7 @@
 //! Sets of nodes and facets by where they are.
 
-use super::source::{Exactly, advise, cell_name, meant};
-use super::{Case, CaseError, FibreRule};
+use super::source::{Exactly, Result, advise, cell_name, meant};
+use super::{Case, FibreRule};
 use serde::Deserialize;
 use sinew_mesh::{AnyMesh, ReadReport, Selection, TriangleMesh, read_mesh};
 use std::path::{Path, PathBuf};
@@ -174,7 +174,7 @@ fn surface(file: &Path, scale: Scale<'_>) -> Result<TriangleMesh, String> {
 
 impl Case {
     /// Refuses selections that nothing reads: a misspelt name, mostly.
-    pub(super) fn check_selections(&self) -> Result<(), CaseError> {
+    pub(super) fn check_selections(&self) -> Result<()> {
         let named = self.sets_named();
         let mut read: Vec<&str> = named.iter().map(|(_, set)| *set).collect();
         read.extend(self.select.values().flat_map(Select::sets));
@@ -197,10 +197,9 @@ impl Case {
     /// Sets that supports, loads, fibres and factors name, with their keys.
     fn sets_named(&self) -> Vec<(Vec<String>, &str)> {
         let supports = self.supports.iter().enumerate().flat_map(|(at, support)| {
-            let keys = |key: &str| vec!["supports".into(), at.to_string(), key.into()];
-            let clamped = support.clamped.as_deref().map(|set| (keys("clamped"), set));
-            let nodes = support.nodes.as_deref().map(|set| (keys("nodes"), set));
-            [clamped, nodes].into_iter().flatten()
+            let sets = [("clamped", &support.clamped), ("nodes", &support.nodes)];
+            let keys = move |key: &str| vec!["supports".into(), at.to_string(), key.into()];
+            sets.into_iter().filter_map(move |(key, set)| Some((keys(key), set.as_deref()?)))
         });
         let loads = self.loads.iter().enumerate().filter_map(|(at, load)| {
             let keys = vec!["loads".into(), at.to_string(), "facets".into()];
@@ -224,7 +223,7 @@ impl Case {
     }
 
     /// Adds the selections to the mesh, those first that others name.
-    pub(super) fn lower_selections(&self, mesh: &mut AnyMesh) -> Result<(), CaseError> {
+    pub(super) fn lower_selections(&self, mesh: &mut AnyMesh) -> Result<()> {
         let scale = self.mesh.scale(&self.source)?;
         let mut left: Vec<&String> = self.select.keys().collect();
         while !left.is_empty() {

@@ -8,8 +8,8 @@ use toml::de::{DeTable, DeValue};
 /// Name and text of a case file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Source {
-    file: String,
-    text: String,
+    pub(crate) file: String,
+    pub(crate) text: String,
     /// Whether the text was written here, so that its lines say nothing to its user.
     unseen: bool,
 }
@@ -22,14 +22,6 @@ impl Source {
     /// Text of keys in memory, of which no error names a line.
     pub(crate) fn unseen(name: &str, text: &str) -> Self {
         Self { unseen: true, ..Self::new(name, text) }
-    }
-
-    pub(crate) fn text(&self) -> &str {
-        &self.text
-    }
-
-    pub(crate) fn file(&self) -> &str {
-        &self.file
     }
 
     /// An error at a key, given with those of the tables around it; entries of arrays by their index.
@@ -48,7 +40,7 @@ impl Source {
         wrong: bool,
         keys: &[&str],
         reason: impl FnOnce() -> R,
-    ) -> Result<(), CaseError> {
+    ) -> Result<()> {
         if wrong { Err(self.error(keys, reason().into())) } else { Ok(()) }
     }
 
@@ -223,6 +215,9 @@ impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Exactly<T, N
         })
     }
 }
+
+/// What is read or made of a case file, or why not.
+pub(crate) type Result<T, E = CaseError> = std::result::Result<T, E>;
 
 /// Why a case file describes no body.
 #[derive(Debug, thiserror::Error)]

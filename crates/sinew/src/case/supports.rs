@@ -1,8 +1,7 @@
 //! Supports.
 
-use super::CaseError;
 use super::mesh::by_place;
-use super::source::{Exactly, Source, advise};
+use super::source::{Exactly, Result, Source, advise};
 use nalgebra::{Unit, Vector3};
 use serde::Deserialize;
 use sinew_energy::Prescribed;
@@ -84,7 +83,7 @@ impl Support {
         number: usize,
         mesh: &mut AnyMesh,
         source: &Source,
-    ) -> Result<sinew_energy::Support, CaseError> {
+    ) -> Result<sinew_energy::Support> {
         let at = number.to_string();
         let Self { clamped, nodes, x, y, z, normal, axis, point, turn } = self;
         let components = [*x, *y, *z];

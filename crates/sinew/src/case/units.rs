@@ -64,9 +64,7 @@ impl Dimension {
         self.find(unit).ok_or_else(|| {
             let ambiguous = names().any(|name| name.eq_ignore_ascii_case(unit));
             let advice = match ambiguous {
-                true => {
-                    ", as M is mega and m is milli".to_string() + &advise(unit, names(), "units")
-                }
+                true => format!(", as M is mega and m is milli{}", advise(unit, names(), "units")),
                 false => advise(unit, names(), &format!("units of {}", self.name)),
             };
             format!("`{unit}` is not a unit of {}{advice}", self.name)

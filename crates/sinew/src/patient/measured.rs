@@ -1,12 +1,11 @@
 //! Entries of the data: what they are measurements of, with values and standard deviations.
 
 use super::PatientFile;
-use super::prepared::IMAGE;
+use super::prepared::{IMAGE, Phases};
 use super::tables::{Entry, Quantity};
-use crate::case::{CaseError, LENGTH, VOLUME, advise};
+use crate::case::{CaseError, LENGTH, Result, VOLUME, advise, cell_name};
 use sinew_calibrate::{At, Datum, Direction, Observable, Segments};
 use sinew_energy::Body;
-use std::collections::BTreeMap;
 
 /// One entry of the data.
 pub(super) struct Reader<'a> {
@@ -14,7 +13,7 @@ pub(super) struct Reader<'a> {
     pub number: String,
     pub entry: &'a Entry,
     pub body: &'a Body,
-    pub phases: &'a BTreeMap<String, BTreeMap<String, f64>>,
+    pub phases: &'a Phases,
     pub segments: Option<&'a Segments>,
 }
 
@@ -28,12 +27,12 @@ impl Reader<'_> {
         wrong: bool,
         key: &str,
         reason: impl FnOnce() -> R,
-    ) -> Result<(), CaseError> {
+    ) -> Result<()> {
         self.file.case.source.refuse_if(wrong, &["data", &self.number, key], reason)
     }
 
     /// Observables that it measures, with values.
-    pub(super) fn observables(&self) -> Result<Vec<(Observable, f64)>, CaseError> {
+    pub(super) fn observables(&self) -> Result<Vec<(Observable, f64)>> {
         let entry = self.entry;
         let phase =
             entry.phase.as_deref().ok_or_else(|| self.error("phase", "the phase is missing"))?;
@@ -66,17 +65,10 @@ impl Reader<'_> {
         }
     }
 
-    fn strains(
-        &self,
-        direction: Direction,
-        from: At,
-        at: At,
-    ) -> Result<Vec<(Observable, f64)>, CaseError> {
+    fn strains(&self, direction: Direction, from: At, at: At) -> Result<Vec<(Observable, f64)>> {
         let Some(segments) = self.segments else {
-            return Err(self.error(
-                "strain",
-                "strains need segments: add segments = \"aha17\" under [calibration]",
-            ));
+            let reason = "strains need segments: add segments = \"aha17\" under [calibration]";
+            return Err(self.error("strain", reason));
         };
         let names = segments.names();
         let strain = |name: &String| Observable::strain(name, direction, from.clone(), at.clone());
@@ -85,7 +77,7 @@ impl Reader<'_> {
                 Ok(names.iter().map(strain).map(|o| (o, 1.0)).collect())
             }
             (Some(segment), None) => {
-                let name = segment.text();
+                let name = cell_name(segment);
                 self.refuse_if(!names.contains(&name), "segment", || {
                     let advice = advise(&name, names.iter().map(String::as_str), "segments");
                     format!("there is no segment `{name}`{advice}")
@@ -94,9 +86,8 @@ impl Reader<'_> {
             }
             (None, Some(values)) => {
                 let (found, wanted) = (values.len(), names.len());
-                self.refuse_if(found != wanted, "values", || {
-                    format!("{found} values for {wanted} segments; give one for each")
-                })?;
+                let reason = || format!("{found} values for {wanted} segments; give one for each");
+                self.refuse_if(found != wanted, "values", reason)?;
                 Ok(names.iter().map(strain).zip(values.iter().copied()).collect())
             }
             _ => Err(self
@@ -116,27 +107,21 @@ impl Reader<'_> {
         a == b || (known && loads(&a).is_some() && loads(&a) == loads(&b))
     }
 
-    fn value(&self) -> Result<f64, CaseError> {
+    fn value(&self) -> Result<f64> {
         if self.file.blank {
             return Ok(1.0);
         }
         self.entry.value.ok_or_else(|| self.error("value", "the value is missing"))
     }
 
-    fn state(&self, key: &str, name: &str) -> Result<At, CaseError> {
+    fn state(&self, key: &str, name: &str) -> Result<At> {
         let known = || self.phases.keys().map(String::as_str).chain(["rest", IMAGE]);
-        self.refuse_if(known().all(|phase| phase != name), key, || {
-            format!("there is no phase `{name}`{}", advise(name, known(), "phases"))
-        })?;
+        let reason = || format!("there is no phase `{name}`{}", advise(name, known(), "phases"));
+        self.refuse_if(known().all(|phase| phase != name), key, reason)?;
         Ok(At::from(name))
     }
 
-    pub(super) fn datum(
-        &self,
-        observable: &Observable,
-        value: f64,
-        place: usize,
-    ) -> Result<Datum, CaseError> {
+    pub(super) fn datum(&self, observable: &Observable, value: f64, place: usize) -> Result<Datum> {
         let (kind, dimension) = match observable {
             Observable::Volume { .. } => ("volume", Some(VOLUME)),
             Observable::Strain { .. } => ("strain", None),
@@ -154,18 +139,17 @@ impl Reader<'_> {
             format!("the value is {value}; give a finite number or leave the datum out")
         })?;
         let (deviation, is_share) = self.deviation()?;
-        self.refuse_if(
-            is_share && !(kind == "volume" && value > 0.0),
-            "sd",
-            || "a share is for volumes that are positive; give the standard deviation as a number",
-        )?;
+        let fits = !is_share || (kind == "volume" && value > 0.0);
+        let reason =
+            "a share is for volumes that are positive; give the standard deviation as a number";
+        self.refuse_if(!fits, "sd", || reason)?;
         let deviation = if is_share { deviation } else { deviation * size };
         let named = Datum::new(observable.to_string(), kind, place, value * size, deviation);
         Ok(Datum { is_share, unit: unit.into(), size, ..named })
     }
 
     /// Standard deviation in the unit of the value, or a share, and whether it is a share.
-    fn deviation(&self) -> Result<(f64, bool), CaseError> {
+    fn deviation(&self) -> Result<(f64, bool)> {
         let missing = "the standard deviation is missing: sd = 0.02 in the unit of the value, or \"3 %\" of a volume";
         let deviation = match self.entry.sd.as_ref().ok_or_else(|| self.error("sd", missing))? {
             Quantity::Number(value) => (*value, false),

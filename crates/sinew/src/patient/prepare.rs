@@ -2,23 +2,22 @@
 
 use super::PatientFile;
 use super::measured::Reader;
-use super::prepared::{COMMON, IMAGE, Prepared, own_factor};
+use super::prepared::{COMMON, IMAGE, Phases, Prepared, own_factor};
 use super::tables::{LogNormal, Quantity};
-use crate::case::{Case, CaseError, LENGTH, STRESS, VOLUME, advise};
+use crate::case::{Case, LENGTH, Result, STRESS, VOLUME, advise};
 use sinew_calibrate::{
     Datum, Kind, Observable, Prior, Problem, Segments, Unknown, WallCoordinates,
 };
 use sinew_energy::{Body, Parameter};
 use sinew_fem::fibres::Surfaces;
 use sinew_mesh::AnyMesh;
-use std::collections::BTreeMap;
 
 impl PatientFile {
     /// The body with phases, data and priors.
     ///
     /// # Errors
     /// Names, units, phases and segments that are missing or make no sense, each with its line.
-    pub fn prepare(&self) -> Result<Prepared, CaseError> {
+    pub fn prepare(&self) -> Result<Prepared> {
         let (case, settings) = (&self.case, &self.tables.calibration);
         let body = case.body()?;
         let phases = self.values(&body)?;
@@ -50,7 +49,7 @@ impl PatientFile {
     }
 
     /// Values of loads and tensions by phase \[kPa\].
-    fn values(&self, body: &Body) -> Result<BTreeMap<String, BTreeMap<String, f64>>, CaseError> {
+    fn values(&self, body: &Body) -> Result<Phases> {
         let source = &self.case.source;
         let phases = &self.tables.phases;
         let at_rest = self.tables.calibration.image_at_rest;
@@ -59,30 +58,25 @@ impl PatientFile {
                  image_at_rest = true under [calibration]"
         })?;
         let known = || body.parameters.iter().map(|p| p.name.as_str());
-        let value = |phase: &str, name: &str, quantity: &Quantity| {
-            let error = |reason: String| source.error(&["phases", phase, name], reason);
-            source.refuse_if(
-                known().all(|other| other != name),
-                &["phases", phase, name],
-                || {
+        let mut found = Phases::new();
+        for (phase, entries) in phases {
+            let values = found.entry(phase.clone()).or_default();
+            for (name, quantity) in entries {
+                let keys = ["phases", phase, name];
+                source.refuse_if(known().all(|other| other != name), &keys, || {
                     let advice = advise(name, known(), "parameters that are not known");
                     format!("no parameter `{name}` is left to set{advice}")
-                },
-            )?;
-            match quantity {
-                Quantity::Number(value) => Err(error(format!(
-                    "the unit is missing: write \"{value} mmHg\" or \"{value} kPa\""
-                ))),
-                Quantity::Text(text) => STRESS.sized(text).map_err(error),
+                })?;
+                let value = match quantity {
+                    Quantity::Number(n) => {
+                        Err(format!("the unit is missing: write \"{n} mmHg\" or \"{n} kPa\""))
+                    }
+                    Quantity::Text(text) => STRESS.sized(text),
+                };
+                let value = value.map_err(|reason| source.error(&keys, reason))?;
+                values.insert(name.clone(), value);
             }
-        };
-        let of_phase = |(phase, entries): (&String, &BTreeMap<String, Quantity>)| {
-            let entries =
-                entries.iter().map(|(name, q)| Ok((name.clone(), value(phase, name, q)?)));
-            Ok((phase.clone(), entries.collect::<Result<_, CaseError>>()?))
-        };
-        let mut found: BTreeMap<String, BTreeMap<String, f64>> =
-            phases.iter().map(of_phase).collect::<Result<_, CaseError>>()?;
+        }
         if at_rest {
             // No loads.
             let names: Vec<String> =
@@ -106,7 +100,7 @@ impl PatientFile {
         Ok(found)
     }
 
-    fn wall(&self, body: &Body) -> Result<Option<WallCoordinates>, CaseError> {
+    fn wall(&self, body: &Body) -> Result<Option<WallCoordinates>> {
         let Some(wall) = &self.tables.calibration.wall else { return Ok(None) };
         let error = |reason: String| self.case.source.error(&["calibration", "wall"], reason);
         let AnyMesh::Tetrahedra(mesh) = &*body.mesh else {
@@ -129,11 +123,7 @@ impl PatientFile {
         found.map(Some).map_err(|e| error(e.to_string()))
     }
 
-    fn segments(
-        &self,
-        body: &Body,
-        wall: Option<&WallCoordinates>,
-    ) -> Result<Option<Segments>, CaseError> {
+    fn segments(&self, body: &Body, wall: Option<&WallCoordinates>) -> Result<Option<Segments>> {
         let Some(name) = &self.tables.calibration.segments else { return Ok(None) };
         let error = |reason: String| self.case.source.error(&["calibration", "segments"], reason);
         let of_wall = || {
@@ -142,14 +132,16 @@ impl PatientFile {
             })
         };
         let number = |text: &str| text.trim().parse::<usize>().ok().filter(|n| *n > 0);
-        let found = match (name.split_once(':'), name.split_once('x')) {
+        let grid = name.split_once('x').and_then(|(a, b)| Some((number(a)?, number(b)?)));
+        let found = match (name.split_once(':'), grid) {
             (Some(("field", field)), _) => Segments::by_field(&body.mesh, field),
             _ if name == "aha17" => of_wall()?.aha17(),
-            (None, Some((levels, sectors))) => match (number(levels), number(sectors)) {
-                (Some(levels), Some(sectors)) => of_wall()?.levels(levels, sectors),
-                _ => return Err(error(unknown_division(name))),
-            },
-            _ => return Err(error(unknown_division(name))),
+            (None, Some((levels, sectors))) => of_wall()?.levels(levels, sectors),
+            _ => {
+                return Err(error(format!(
+                    "`{name}` is not a division: write \"aha17\", \"4x6\" for four levels of six sectors, or \"field:NAME\" for a cell field"
+                )));
+            }
         };
         found.map(Some).map_err(|e| error(e.to_string()))
     }
@@ -158,9 +150,9 @@ impl PatientFile {
     fn data(
         &self,
         body: &Body,
-        phases: &BTreeMap<String, BTreeMap<String, f64>>,
+        phases: &Phases,
         segments: Option<&Segments>,
-    ) -> Result<(Vec<Observable>, Vec<Datum>), CaseError> {
+    ) -> Result<(Vec<Observable>, Vec<Datum>)> {
         let (mut observables, mut data) = (Vec::new(), Vec::new());
         for (number, entry) in self.tables.data.iter().enumerate() {
             let number = number.to_string();
@@ -174,11 +166,7 @@ impl PatientFile {
         Ok((observables, data))
     }
 
-    fn unknowns(
-        &self,
-        body: &Body,
-        phases: &BTreeMap<String, BTreeMap<String, f64>>,
-    ) -> Result<Vec<Unknown>, CaseError> {
+    fn unknowns(&self, body: &Body, phases: &Phases) -> Result<Vec<Unknown>> {
         let (source, settings) = (&self.case.source, &self.tables.calibration);
         let set = |name: &str| phases.values().any(|entries| entries.contains_key(name));
         let usable = |prior: Prior, keys: &[&str]| match prior.fault() {
@@ -225,7 +213,7 @@ impl PatientFile {
     }
 
     /// Refuses a median outside of the range of its parameter: one in another unit, mostly.
-    fn check_median(&self, parameter: &Parameter, median: f64) -> Result<(), CaseError> {
+    fn check_median(&self, parameter: &Parameter, median: f64) -> Result<()> {
         let [low, high] = parameter.range.map(|end| parameter.unit.shown(end));
         let (name, unit) = (&parameter.name, parameter.unit.name());
         let wrong = !(low..=high).contains(&median);
@@ -236,7 +224,7 @@ impl PatientFile {
         })
     }
 
-    fn kinds(&self, data: &[Datum]) -> Result<Vec<Kind>, CaseError> {
+    fn kinds(&self, data: &[Datum]) -> Result<Vec<Kind>> {
         let (source, settings) = (&self.case.source, &self.tables.calibration);
         let mut kinds: Vec<Kind> = Vec::new();
         for datum in data {
@@ -279,10 +267,4 @@ fn pressures(case: &Case, body: &Body) -> Vec<(String, String)> {
         _ => None,
     };
     case.loads.iter().filter_map(pair).collect()
-}
-
-fn unknown_division(name: &str) -> String {
-    format!(
-        "`{name}` is not a division: write \"aha17\", \"4x6\" for four levels of six sectors, or \"field:NAME\" for a cell field"
-    )
 }

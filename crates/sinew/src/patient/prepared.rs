@@ -15,6 +15,9 @@ pub(super) const IMAGE: &str = "image";
 /// Unbalanced forces of a state \[relative to loads and reactions\]: observables are off by less than 1e-4 of their data's standard deviations.
 const ACCURACY: f64 = 1e-6;
 
+/// Values of loads and tensions \[kPa\] by phase.
+pub(super) type Phases = BTreeMap<String, BTreeMap<String, f64>>;
+
 /// A quantity that is reported beside the data.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reported {
@@ -99,29 +102,24 @@ impl Prepared {
 
     /// Places among the parameters of those that [`Prepared::curve`] has: all but factors of the pressures of other phases.
     pub fn curve_parameters(&self) -> Vec<usize> {
-        let names = self.curve_names();
-        let place = |unknown: &Unknown| names.contains(&unknown.name);
-        (0..self.problem.unknowns.len()).filter(|&at| place(&self.problem.unknowns[at])).collect()
-    }
-
-    fn curve_names(&self) -> Vec<String> {
-        let other = |name: &String| {
-            self.phases.keys().any(|phase| phase != IMAGE && *name == own_factor(phase))
+        let other = |(_, unknown): &(usize, &Unknown)| {
+            self.phases.keys().any(|phase| phase != IMAGE && unknown.name == own_factor(phase))
         };
-        let names = self.problem.unknowns.iter().map(|unknown| unknown.name.clone());
-        names.filter(|name| !other(name)).collect()
+        let unknowns = self.problem.unknowns.iter().enumerate();
+        unknowns.filter(|unknown| !other(unknown)).map(|(at, _)| at).collect()
     }
 
     fn base(&self) -> PatientBuilder<'_> {
-        let start = self.problem.theta(&vec![0.0; self.problem.unknowns.len()]);
-        let start = self.curve_parameters().iter().map(|&at| start[at]).collect();
+        let unknowns = &self.problem.unknowns;
+        let (start, places) =
+            (self.problem.theta(&vec![0.0; unknowns.len()]), self.curve_parameters());
         PatientBuilder {
             fibres: (!self.at_rest).then_some(self.fibres),
-            start: Some(start),
+            start: Some(places.iter().map(|&at| start[at]).collect()),
             wall: self.wall.as_ref(),
             segments: self.segments.as_ref(),
             accuracy: ACCURACY,
-            ..Patient::of(&self.body).parameters(self.curve_names())
+            ..Patient::of(&self.body).parameters(places.iter().map(|&at| unknowns[at].name.clone()))
         }
     }
 

@@ -25,23 +25,6 @@ pub(super) enum Quantity {
     Text(String),
 }
 
-/// A name, or a number that is one.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(untagged)]
-pub(super) enum Name {
-    Number(i64),
-    Text(String),
-}
-
-impl Name {
-    pub(super) fn text(&self) -> String {
-        match self {
-            Self::Number(number) => number.to_string(),
-            Self::Text(text) => text.clone(),
-        }
-    }
-}
-
 /// One measurement, or one of each segment.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -54,8 +37,8 @@ pub(super) struct Entry {
     pub displacement: Option<[f64; 3]>,
     /// Place of the displacement in the image \[mm\].
     pub point: Option<[f64; 3]>,
-    /// Segment of the strain.
-    pub segment: Option<Name>,
+    /// Segment of the strain: its name, or the number of a label.
+    pub segment: Option<toml::Value>,
     /// Phase.
     pub phase: Option<String>,
     /// Phase that strains and displacements are counted from; the image unless told.
