@@ -20,13 +20,14 @@ use anyhow::{Context, Result};
 use batch::{Batch, ThetaArguments, Written};
 use clap::Args;
 use script::quoted;
-use sinew::case::{Formulation, doubtful_displacements};
+use sinew::case::{Formulation, branched_in_words, doubtful_displacements};
 use sinew::{
     Body, Case, CaseError, Emulator, EmulatorError, FrozenStiffness, Simulations, ThetaText,
     theta_in_words,
 };
 use sinew_emulate::{Terminal, simulate_by};
 use sinew_fem::{LockingWarning, Options, SolveError};
+use std::ffi::OsStr;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use stop::stoppable;
@@ -54,8 +55,7 @@ impl CaseFile {
     /// Case and body; warnings of the body are told on standard error. A case without a potential is refused.
     pub(crate) fn open(&self) -> Result<(Case, Body)> {
         let case = self.read()?;
-        let body = tell_reading(&case, case.body())?;
-        tell_doubts(&case, &body);
+        let body = tell_body(&case, case.body())?;
         Ok((case, body))
     }
 
@@ -111,15 +111,18 @@ impl CaseArguments {
     /// [`CaseArguments::open`] for what can do without a potential.
     pub(crate) fn open_lowered(&self) -> Result<(Case, Body, PathBuf)> {
         let (case, folder) = self.read()?;
-        let body = tell_reading(&case, case.lowered())?;
-        tell_doubts(&case, &body);
+        let body = tell_body(&case, case.lowered())?;
         Ok((case, body, folder))
     }
 
     fn folder(&self, case: &Case) -> PathBuf {
         // A name may hold what paths read as folders.
         let kept = |c: char| if c.is_alphanumeric() || "-_ ".contains(c) { c } else { '_' };
-        let name: String = case.name.chars().map(kept).collect();
+        self.out_or(case.name.chars().map(kept).collect::<String>().as_ref())
+    }
+
+    /// The folder that was named, or that of a name.
+    fn out_or(&self, name: &OsStr) -> PathBuf {
         self.out.clone().unwrap_or_else(|| Path::new("out").join(name))
     }
 }
@@ -134,13 +137,15 @@ fn tell_reading<T>(case: &Case, made: Result<T, CaseError>) -> Result<T, CaseErr
     made
 }
 
-/// Tells warnings of a body on standard error, and the formulation that was chosen for it.
-fn tell_doubts(case: &Case, body: &Body) {
-    warn(case.warnings(body));
+/// [`tell_reading`] of a body; tells its warnings as well, and the formulation that was chosen for it.
+fn tell_body(case: &Case, made: Result<Body, CaseError>) -> Result<Body, CaseError> {
+    let body = tell_reading(case, made)?;
+    warn(case.warnings(&body));
     if case.formulation == Formulation::Auto {
         let averaged = if body.patches.is_empty() { "" } else { ", volume ratios averaged" };
         eprintln!("formulation auto: {}{averaged}", body.element().plural);
     }
+    Ok(body)
 }
 
 /// Another body whose solution and stiffness are known.
@@ -214,9 +219,8 @@ pub(crate) fn trained(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
             }
         }
     }
-    refuse_if(found.is_empty(), || {
-        format!("there is no emulator in {}; make one: sinew train", folder.display())
-    })?;
+    let reason = || format!("there is no emulator in {}; make one: sinew train", folder.display());
+    refuse_if(found.is_empty(), reason)?;
     // regression-25 before regression-100.
     found.sort_by(|(a, _), (b, _)| (a.len(), a).cmp(&(b.len(), b)));
     Ok(found)
@@ -274,20 +278,10 @@ pub(crate) fn solved_by(
     folder: Option<&Path>,
     options: &Options,
 ) -> Result<Simulations> {
-    let found = match folder {
-        Some(_) => simulate_by(body, thetas, stage, folder, options, &mut stoppable()?)?,
-        None => simulate_by(body, thetas, stage, None, options, &mut Terminal::default())?,
-    };
+    let mut terminal = if folder.is_some() { stoppable()? } else { Terminal::default() };
+    let found = simulate_by(body, thetas, stage, folder, options, &mut terminal)?;
     tell_doubtful(body, found.fields.iter().map(Vec::as_slice));
-    if let Some(theta) = found.branched.first() {
-        eprintln!(
-            "warning: {} of {} solutions are not those that a rising load leads to, the first at {}: the body has several stable \
-             equilibria; `sinew solve --load-steps` raises the load step by step",
-            found.branched.len(),
-            found.fields.len(),
-            theta_in_words(body, theta)
-        );
-    }
+    warn(branched_in_words(body, &found, "`sinew solve --load-steps`"));
     Ok(found)
 }
 
@@ -354,11 +348,10 @@ const MOST_SETS: f64 = 1e8;
 
 /// A number of parameter sets of a command line, such as 10000 or 1e4.
 fn count(text: &str) -> Result<usize, String> {
-    match text.parse::<f64>() {
-        Ok(count) if count.fract() != 0.0 => Err("give a whole number, such as 100".into()),
-        Ok(count) if (1.0..=MOST_SETS).contains(&count) => Ok(count as usize),
-        Ok(_) => Err(format!("{text} is not in 1..={MOST_SETS}")),
-        Err(_) => Err("give a whole number, such as 100".into()),
+    let whole = text.parse().ok().filter(|count: &f64| count.fract() == 0.0);
+    match whole.ok_or("give a whole number, such as 100")? {
+        count if (1.0..=MOST_SETS).contains(&count) => Ok(count as usize),
+        _ => Err(format!("{text} is not in 1..={MOST_SETS}")),
     }
 }
 
@@ -369,9 +362,8 @@ fn same(a: &Path, b: &Path) -> bool {
 
 /// Requires the name of a VTU file in a folder that exists, before anything is computed for it.
 fn check_vtu(file: &Path) -> Result<()> {
-    refuse_if(file.extension().is_none_or(|extension| extension != "vtu"), || {
-        format!("-o {}: the name must end with .vtu", file.display())
-    })?;
+    let reason = || format!("-o {}: the name must end with .vtu", file.display());
+    refuse_if(file.extension().is_none_or(|extension| extension != "vtu"), reason)?;
     check_folder(file)
 }
 

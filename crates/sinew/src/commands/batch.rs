@@ -71,10 +71,8 @@ impl ThetaArguments {
                 false => thetas.extend(read_thetas(Path::new(text), parameters)?),
             }
         }
-        refuse_if(
-            thetas.is_empty(),
-            || "--theta is missing; give name=value,name=value, or a CSV table",
-        )?;
+        let reason = "--theta is missing; give name=value,name=value, or a CSV table";
+        refuse_if(thetas.is_empty(), || reason)?;
         Ok(thetas)
     }
 

@@ -70,20 +70,17 @@ fn duration(text: &str) -> Result<Duration, String> {
         "h" => 3600.0,
         _ => return Err(format!("`{unit}` is not a unit of time; write 60s, 5m or 1h")),
     };
-    let value: f64 =
-        number.trim().parse().map_err(|_| format!("`{text}` is not a time, such as 60s"))?;
-    Duration::try_from_secs_f64(value * size)
-        .map_err(|_| format!("`{text}` is not a time, such as 60s"))
+    let value = number.trim().parse::<f64>().ok();
+    let time = value.and_then(|value| Duration::try_from_secs_f64(value * size).ok());
+    time.ok_or_else(|| format!("`{text}` is not a time, such as 60s"))
 }
 
 impl Calibrate {
     pub(crate) fn run(&self) -> Result<()> {
         if let Some(file) = DataFile::read(&self.patient.file.case)? {
             let solver = self.check || self.resume || self.restart || self.budget.is_some();
-            refuse_if(
-                solver || self.patient.file.mesh.is_some(),
-                || "--check, --resume, --restart, --budget and --mesh are for patients, who have a solver; leave them out",
-            )?;
+            let reason = "--check, --resume, --restart, --budget and --mesh are for patients, who have a solver; leave them out";
+            refuse_if(solver || self.patient.file.mesh.is_some(), || reason)?;
             return file.calibrate(&self.patient, self.seed);
         }
         let clock = Instant::now();
@@ -250,16 +247,12 @@ fn say_ahead(prepared: &Prepared, mode: &Mode, seen: &Identifiability) {
     }
     println!("data beside what the body does there:");
     for (datum, misfit) in prepared.problem.data.iter().zip(&mode.misfits) {
-        let shown = |value: f64| digits(value / datum.size, 4);
-        let model = mode.observed.values[datum.observable];
+        let numbers = [datum.value, datum.error(), mode.observed.values[datum.observable]];
+        let [value, error, model] = numbers.map(|number| digits(number / datum.size, 4));
+        let (name, unit) = (&datum.name, &datum.unit);
         let mark = if misfit.abs() > DOUBTFUL { "  <- look at value, unit and phase" } else { "" };
         println!(
-            "  {}: measured {} ± {} {}, computed {}, {misfit:+.1} sd{mark}",
-            datum.name,
-            shown(datum.value),
-            shown(datum.error()),
-            datum.unit,
-            shown(model)
+            "  {name}: measured {value} ± {error} {unit}, computed {model}, {misfit:+.1} sd{mark}"
         );
     }
     noise_in_words(&mode.misfits).iter().for_each(|doubt| println!("  warning: {doubt}"));
@@ -291,10 +284,8 @@ impl Synthesise {
     pub(crate) fn run(&self) -> Result<()> {
         check_folder(&self.output)?;
         let file = PatientFile::read(&self.patient)?;
-        refuse_if(
-            same(&self.output, &self.patient),
-            || "-o: this is the patient file itself; name another",
-        )?;
+        let reason = "-o: this is the patient file itself; name another";
+        refuse_if(same(&self.output, &self.patient), || reason)?;
         keep_foreign("synthesise", MARK, &self.output)?;
         let parameters = file.parameters()?;
         let theta = parse_theta(&self.theta, &parameters)?;

@@ -43,10 +43,8 @@ impl Evaluate {
         let thetas = Design::Uniform.sample(&body.parameters, self.cases, SEED)?;
         let kept = folder.join(format!("test/{}", self.cases));
         let simulations = solved(&body, &thetas, "solve test cases", Some(&kept))?;
-        refuse_if(
-            simulations.fields.is_empty(),
-            || "there is no test case with an equilibrium; ask for more --cases",
-        )?;
+        let reason = "there is no test case with an equilibrium; ask for more --cases";
+        refuse_if(simulations.fields.is_empty(), || reason)?;
         let test = TestSet::new(&body, simulations);
         let mut comparison = Comparison::new(&test)?;
         comparison.origin = Origin {

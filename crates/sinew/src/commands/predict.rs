@@ -90,20 +90,16 @@ impl Predict {
         if let Some(folder) = runs::trained(case) {
             let solver =
                 self.accuracy.is_some() || self.refine > 0 || self.neighbour.from.is_some();
-            refuse_if(
-                solver,
-                || "stored runs have no solver: leave --accuracy, --refine and --from out",
-            )?;
+            let reason = "stored runs have no solver: leave --accuracy, --refine and --from out";
+            refuse_if(solver, || reason)?;
             return runs::predict(&folder, case, theta, written.pictures);
         }
         let (case, body, folder) = case.open()?;
         if let Some(accuracy) = self.accuracy {
             return answer::to(&self.asked, accuracy, &self.neighbour, (&case, &body, &folder));
         }
-        refuse_if(
-            self.neighbour.body()?.is_some(),
-            || "--from answers to an accuracy: add --accuracy 1e-3",
-        )?;
+        let reason = "--from answers to an accuracy: add --accuracy 1e-3";
+        refuse_if(self.neighbour.body()?.is_some(), || reason)?;
         let (batch, emulator, name) = self.asked.open(&case, &body, &folder)?;
         let folder = folder.join("predict").join(name);
         let written = &self.asked.written;
@@ -114,10 +110,7 @@ impl Predict {
     fn part(&self, mut batch: Batch, emulator: &Emulator<'_>, folder: &Path) -> Result<usize> {
         let body = emulator.body();
         let prediction = predicted(emulator, &mut batch, self.refine)?;
-        let estimates = match self.quick {
-            true => Vec::new(),
-            false => estimated(emulator, &prediction),
-        };
+        let estimates = if self.quick { Vec::new() } else { estimated(emulator, &prediction) };
         let unit = &body.units.length;
         tell_doubtful(body, (0..prediction.thetas.len()).map(|place| prediction.field(place)));
         batch.print(body, |place| {

@@ -56,8 +56,7 @@ impl RunsArguments {
             (None, Some(file), Some(mesh)) => (file, Runs::read_fields(file, mesh, parameters)?),
             _ => return refuse("--from-fields needs --mesh".into()),
         };
-        let stem = file.file_stem().unwrap_or_default();
-        let folder = case.out.clone().unwrap_or_else(|| Path::new("out").join(stem));
+        let folder = case.out_or(file.file_stem().unwrap_or_default());
         refuse_if(folder.join(EMULATOR).exists() && !restart, || {
             format!(
                 "{} holds an emulator already; replace it with --restart, or name another folder with --out",
@@ -65,8 +64,8 @@ impl RunsArguments {
             )
         })?;
         let Runs { parameters, thetas, outputs, mesh } = runs;
-        let mut terminal = Terminal::default();
-        let emulator = RunsEmulator::fit(parameters, &thetas, &outputs, mesh, &mut terminal)?;
+        let terminal = &mut Terminal::default();
+        let emulator = RunsEmulator::fit(parameters, &thetas, &outputs, mesh, terminal)?;
         emulator.save(&folder.join(EMULATOR))?;
         tell(&emulator);
         println!("written: {}", folder.display());
@@ -147,8 +146,7 @@ impl DataFile {
     /// Draws parameters given the data, and writes them with the file's settings.
     pub(crate) fn calibrate(&self, case: &CaseArguments, seed: Option<u64>) -> Result<()> {
         let file = &case.file.case;
-        let stem = file.file_stem().unwrap_or_default();
-        let out = case.out.clone().unwrap_or_else(|| Path::new("out").join(stem)).join("calibrate");
+        let out = case.out_or(file.file_stem().unwrap_or_default()).join("calibrate");
         refuse_if(out.join(SOLVES).exists(), || {
             format!("{} holds the calibration of a patient; give another --out", out.display())
         })?;

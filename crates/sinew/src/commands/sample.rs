@@ -72,9 +72,8 @@ impl Sample {
         })?;
         let folder = folder.join("sample");
         let shards = shards.unwrap_or_default();
-        refuse_if(shards > count, || {
-            format!("{shards} shards of {count} samples: give at most {count} shards")
-        })?;
+        let reason = || format!("{shards} shards of {count} samples: give at most {count} shards");
+        refuse_if(shards > count, reason)?;
         let design: Design = serde_json::from_value(self.design.as_str().into())?;
         let thetas = design.sample(&body.parameters, self.count, self.seed)?;
         let (path, text) = (folder.join(THETAS), table(body, &thetas));

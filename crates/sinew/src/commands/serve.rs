@@ -67,16 +67,13 @@ impl Serve {
                 Some(sinew::load(&path, &body)?)
             }
         };
-        let service = Service::new(&body, emulator);
+        let mut service = Service::new(&body, emulator);
         // The page is for this machine alone.
-        let service = match self.bind.is_loopback() {
-            true => service.with_page(super::export::SEED),
-            false => service,
-        };
-        let listener = match TcpListener::bind((self.bind, self.port)) {
-            Ok(listener) => listener,
-            Err(error) => return refuse(self.not_bound(&error)),
-        };
+        if self.bind.is_loopback() {
+            service = service.with_page(super::export::SEED);
+        }
+        let listener = TcpListener::bind((self.bind, self.port));
+        let listener = listener.or_else(|error| refuse(self.not_bound(&error)))?;
         let address = listener.local_addr()?;
         let parameters: Vec<_> =
             body.parameters.iter().map(|parameter| parameter.unit.head(&parameter.name)).collect();

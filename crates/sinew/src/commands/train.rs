@@ -4,7 +4,7 @@ use super::{CaseArguments, refuse, refuse_if, runs, tell_doubtful, warn_of_locki
 use anyhow::Result;
 use clap::Args;
 use sinew::case::{RecipeName, Training};
-use sinew_emulate::Kept;
+use sinew_emulate::{Errors, Kept};
 use std::path::{Path, PathBuf};
 
 /// Recipe and budget.
@@ -99,12 +99,10 @@ impl Train {
             )
         })?;
         let name = self.name.as_deref().unwrap_or(recipe);
-        refuse_if(Path::new(name).file_name() != Some(name.as_ref()), || {
-            format!("--name {name}: give the name of a folder within OUT")
-        })?;
-        refuse_if(name == SIMULATIONS, || {
-            format!("--name {name}: simulations are shared there; give another name")
-        })?;
+        let reason = || format!("--name {name}: give the name of a folder within OUT");
+        refuse_if(Path::new(name).file_name() != Some(name.as_ref()), reason)?;
+        let reason = || format!("--name {name}: simulations are shared there; give another name");
+        refuse_if(name == SIMULATIONS, reason)?;
         let (shared, folder) = (folder.join(SIMULATIONS), folder.join(name));
         let options = sinew::TrainingOptions {
             folder: Some(folder.clone()),
@@ -150,14 +148,11 @@ fn tell(emulator: &sinew::Emulator<'_>, folder: &Path) {
         None => println!("{}", record.about),
     }
     if let Some(errors) = &record.held_out {
-        let unit = &emulator.body().units.length;
+        let (cases, unit) = (record.calibration.cases, &emulator.body().units.length);
+        let Errors { err_u, relative, .. } = errors;
         println!(
-            "on {} held-out cases: err_u median {:.2e} {unit}, largest {:.2e} {unit}; relative to the displacements median {:.2e}, largest {:.2e}",
-            record.calibration.cases,
-            errors.err_u.q50,
-            errors.err_u.max,
-            errors.relative.q50,
-            errors.relative.max
+            "on {cases} held-out cases: err_u median {:.2e} {unit}, largest {:.2e} {unit}; relative to the displacements median {:.2e}, largest {:.2e}",
+            err_u.q50, err_u.max, relative.q50, relative.max
         );
     }
     let [simulate, train] = [record.simulate_s, record.prepare_s + record.train_s];

@@ -82,11 +82,9 @@ fn part<'b>(
     let more = answers.iter().filter(|answer| !answer.is_within(accuracy)).count();
     *beyond = [beyond[0] + more, beyond[1] + answers.len()];
     let solved = answers.iter().filter(|answer| answer.method == Method::Solver).count();
+    let (all, seconds, within) = (answers.len(), found.seconds, answers.len() - more);
     println!(
-        "{} answers in {:.1} s, {solved} of them by the solver; {} within {accuracy:e}",
-        answers.len(),
-        found.seconds,
-        answers.len() - more
+        "{all} answers in {seconds:.1} s, {solved} of them by the solver; {within} within {accuracy:e}"
     );
     let cells = answers.iter().map(|answer| Row {
         fields: vec![&answer.displacement],
@@ -137,17 +135,11 @@ impl Plan {
         };
         // The costs are measured at the first set; of the others only the number counts.
         let first = Design::Uniform.sample(&body.parameters, 1, SEED)?;
-        let (counts, terminal) = (&self.count, &mut Terminal::default());
-        let plans = Costs::for_counts(
-            &body,
-            &first[0],
-            counts,
-            self.accuracy,
-            emulator.as_ref(),
-            terminal,
-        )?;
+        let (counts, accuracy, terminal) = (&self.count, self.accuracy, &mut Terminal::default());
+        let emulator = emulator.as_ref();
+        let plans = Costs::for_counts(&body, &first[0], counts, accuracy, emulator, terminal)?;
         for plan in &plans {
-            println!("{} parameter sets to {:e}", plan.sets, self.accuracy);
+            println!("{} parameter sets to {accuracy:e}", plan.sets);
             table(plan);
         }
         Ok(())

@@ -57,7 +57,7 @@ impl Connection {
         let mut lines = head.trim_start().split("\r\n");
         let words: Vec<&str> = lines.next().unwrap_or_default().split(' ').collect();
         let [method, target, version @ ("HTTP/1.0" | "HTTP/1.1")] = words[..] else {
-            return Err(refused(400, "the request is not one of HTTP/1.1"));
+            return Err(refused(400, "the request is not one of HTTP/1.1".into()));
         };
         let fields = lines.filter_map(|line| line.split_once(':'));
         let field = |name: &str| {
@@ -70,13 +70,11 @@ impl Connection {
         let content = match (field("transfer-encoding"), field("content-length")) {
             (Some(coding), _) if coding == "chunked" => self.chunks()?,
             (Some(coding), _) => {
-                return Err(refused(
-                    400,
-                    &format!("the transfer encoding {coding} is not known here"),
-                ));
+                let reason = format!("the transfer encoding {coding} is not known here");
+                return Err(refused(400, reason));
             }
             (None, Some(length)) => {
-                let wrong = |_| refused(400, &format!("{length} is not a length of content"));
+                let wrong = |_| refused(400, format!("{length} is not a length of content"));
                 self.content(length.parse().map_err(wrong)?, 0)?
             }
             (None, None) => Vec::new(),
@@ -112,7 +110,7 @@ impl Connection {
         loop {
             let line = self.text_to("\r\n")?;
             let length = line.split(';').next().unwrap_or_default().trim();
-            let wrong = |_| refused(400, &format!("{length} is not a length of a chunk"));
+            let wrong = |_| refused(400, format!("{length} is not a length of a chunk"));
             let length = usize::from_str_radix(length, 16).map_err(wrong)?;
             if length == 0 {
                 while !self.text_to("\r\n")?.is_empty() {}
@@ -129,7 +127,7 @@ impl Connection {
             let _ = self.skip(length);
             let reason =
                 format!("the request is longer than {MOST_BYTES} bytes; send shorter ones");
-            return Err(refused(413, &reason));
+            return Err(refused(413, reason));
         }
         while self.held.len() < length {
             self.more()?;
@@ -147,7 +145,7 @@ impl Connection {
             }
             if self.held.len() > MOST_HEAD {
                 let reason = format!("the head of the request is longer than {MOST_HEAD} bytes");
-                return Err(refused(431, &reason));
+                return Err(refused(431, reason));
             }
             self.more()?;
         }
@@ -174,7 +172,7 @@ impl Connection {
         let read =
             self.stream.set_read_timeout(Some(left)).and_then(|()| self.stream.read(&mut part));
         let seconds = self.limit.as_secs();
-        let late = |_| refused(408, &format!("the request did not arrive within {seconds} s"));
+        let late = |_| refused(408, format!("the request did not arrive within {seconds} s"));
         match read.map_err(late)? {
             0 => Err(None),
             count => {
@@ -187,9 +185,9 @@ impl Connection {
 
 fn utf8(bytes: Vec<u8>) -> Result<String, Refusal> {
     String::from_utf8(bytes)
-        .map_err(|error| refused(400, &format!("the request is not UTF-8: {error}; send JSON")))
+        .map_err(|error| refused(400, format!("the request is not UTF-8: {error}; send JSON")))
 }
 
-fn refused(status: u16, reason: &str) -> Refusal {
-    Some(Response::failed(status, "InvalidInput", reason))
+fn refused(status: u16, reason: String) -> Refusal {
+    Some(Response::failed(status, "InvalidInput", &reason))
 }
