@@ -1,5 +1,6 @@
 //! The case at rest of a body imaged under load.
 
+use crate::stresses::volumes_at_rest;
 use crate::{Case, CaseError};
 use sinew_energy::Body;
 use sinew_fem::Unloaded;
@@ -67,10 +68,8 @@ pub fn mesh_at_rest(image: &Body, unloaded: &Unloaded) -> AnyMesh {
     let mut mesh = (*rest.mesh).clone();
     let to_image = Field::vectors(unloaded.displacement().as_chunks::<3>().0);
     mesh.point_fields_mut().insert("u_to_image".into(), to_image);
-    let sums = |volumes: &[f64]| -> Vec<f64> {
-        volumes.chunks(rest.points_per_cell).map(|of_cell| of_cell.iter().sum()).collect()
-    };
-    let ratios = sums(&rest.volumes).iter().zip(sums(&image.volumes)).map(|(r, i)| r / i).collect();
+    let volumes = volumes_at_rest(rest).zip(volumes_at_rest(image));
+    let ratios = volumes.map(|(rest, image)| rest / image).collect();
     mesh.cell_fields_mut().insert("det_f".into(), Field::scalars(ratios));
     let count = rest.material.directions(0).len();
     for (direction, (name, _)) in DIRECTIONS.into_iter().enumerate().take(count) {

@@ -81,18 +81,16 @@ const LINEARISED: &str = "Linearised at the most likely parameters, before sampl
 /// A parameter in a line: its interval if the data determine it, else a note that they do not.
 pub fn parameter_in_words(posterior: &Posterior, parameter: usize) -> String {
     let unknown = &posterior.problem.unknowns[parameter];
-    let left = posterior.contraction(parameter);
-    let head = format!("{}: ", unknown.name);
-    let verdict = posterior.identified(parameter);
-    if verdict == Identified::No {
-        return head
-            + &format!("{} ({left:.2} of its standard deviation is left)", verdict.in_words());
+    let (name, left) = (&unknown.name, posterior.contraction(parameter));
+    let identified = posterior.identified(parameter);
+    let verdict = identified.in_words();
+    if identified == Identified::No {
+        return format!("{name}: {verdict} ({left:.2} of its standard deviation is left)");
     }
     let [low, middle, high] = posterior.summary(parameter).quantiles.map(|q| digits(q, 3));
     let unit = if unknown.unit.is_empty() { String::new() } else { format!(" {}", unknown.unit) };
-    head + &format!(
-        "{middle}{unit}, 95 % interval {low} to {high}{unit}; {} ({left:.2} of the prior's standard deviation is left)",
-        verdict.in_words()
+    format!(
+        "{name}: {middle}{unit}, 95 % interval {low} to {high}{unit}; {verdict} ({left:.2} of the prior's standard deviation is left)"
     )
 }
 
@@ -113,10 +111,9 @@ pub fn volumes_in_words(prepared: &Prepared, posterior: &Posterior) -> Vec<Strin
 
 /// The result in a sentence.
 pub fn verdict(prepared: &Prepared, posterior: &Posterior) -> String {
-    let identified = (0..posterior.problem.unknowns.len())
-        .filter(|&at| posterior.identified(at) == Identified::Yes)
-        .map(|at| posterior.problem.unknowns[at].name.as_str());
-    let identified: Vec<&str> = identified.collect();
+    let unknowns = posterior.problem.unknowns.iter().enumerate();
+    let identified = unknowns.filter(|(at, _)| posterior.identified(*at) == Identified::Yes);
+    let identified: Vec<&str> = identified.map(|(_, unknown)| unknown.name.as_str()).collect();
     let of_parameters = match identified.is_empty() {
         true => "the data identify no parameter by itself".to_string(),
         false => format!("the data identify {}", identified.join(", ")),
@@ -188,13 +185,8 @@ impl Curve {
         let rest =
             rest.map(|seen| quantiles(posterior.observed.parameter(seen.observable).concat()));
         let at = |p: usize| quantiles(found.iter().map(|volumes| volumes[p]).collect());
-        let (mut pressures, mut volumes) = (Vec::new(), Vec::new());
-        if let Some(rest) = rest {
-            pressures.push(0.0);
-            volumes.push(rest);
-        }
-        pressures.extend(PRESSURES);
-        volumes.extend((0..PRESSURES.len()).map(at));
+        let pressures = rest.iter().map(|_| 0.0).chain(PRESSURES).collect();
+        let volumes = rest.into_iter().chain((0..PRESSURES.len()).map(at)).collect();
         let data = measured(prepared, posterior, cavity);
         let klotz = data.iter().max_by(|a, b| a[1].total_cmp(&b[1]));
         let klotz = klotz.and_then(|[volume, pressure]| Klotz::through(*pressure, *volume));
@@ -216,10 +208,7 @@ impl Curve {
 
 /// Volume of Klotz's curve at a pressure; the unloaded one at 0.
 fn inverse(klotz: &Klotz, pressure: f64) -> f64 {
-    match pressure > 0.0 {
-        true => (pressure / klotz.alpha).powf(1.0 / klotz.beta),
-        false => klotz.unloaded,
-    }
+    if pressure > 0.0 { (pressure / klotz.alpha).powf(1.0 / klotz.beta) } else { klotz.unloaded }
 }
 
 /// Measured volumes of a cavity with their pressures \[mL, mmHg\].

@@ -7,6 +7,7 @@ use sinew_emulate::{
     CaseErrors, CurvePoint, Emulator, Error, Errors, Evaluation, METRICS, Quantiles, TestSet,
     Warning, median_and_worst, simulate,
 };
+use sinew_energy::metrics::displacement_error;
 use sinew_energy::{Body, Magnitude, Parameter};
 use sinew_fem::locking;
 use sinew_report::format::seconds as duration;
@@ -153,8 +154,7 @@ impl Comparison {
         let densities = densities.collect();
         for (kind, case) in ["median", "worst"].into_iter().zip(median_and_worst(&cases)) {
             let deformed = deformed(test.body, &fields[case]);
-            let error =
-                sinew_energy::metrics::displacement_error(&test.fields[case], &fields[case]);
+            let error = displacement_error(&test.fields[case], &fields[case]);
             let title = format!("{kind} case, {}", theta_in_words(test.body, &test.thetas[case]));
             self.surfaces.push(name, title, &deformed, &error)?;
         }
@@ -198,7 +198,7 @@ fn draw_motion(surfaces: &mut Surfaces, test: &TestSet<'_>) -> Result<(), Report
     let rest = vec![0.0; test.fields[most].len()];
     for (kind, case) in [("median", order[(order.len() - 1) / 2]), ("largest", most)] {
         let field = &test.fields[case];
-        let length = sinew_energy::metrics::displacement_error(field, &rest);
+        let length = displacement_error(field, &rest);
         let title = format!("{kind} motion, {}", theta_in_words(test.body, &test.thetas[case]));
         surfaces.push(SOLVER, title, &deformed(test.body, field), &length)?;
     }
@@ -206,7 +206,7 @@ fn draw_motion(surfaces: &mut Surfaces, test: &TestSet<'_>) -> Result<(), Report
 }
 
 /// Positions of the nodes at a displacement \[length\].
-fn deformed(body: &sinew_energy::Body, field: &[f64]) -> Vec<[f64; 3]> {
+fn deformed(body: &Body, field: &[f64]) -> Vec<[f64; 3]> {
     let moved = field.as_chunks::<3>().0.iter().zip(&body.positions);
     moved.map(|(u, x)| std::array::from_fn(|i| u[i] + x[i])).collect()
 }
@@ -223,16 +223,10 @@ impl fmt::Display for Comparison {
             displacement.mean, displacement.max
         )?;
         self.doubts.iter().try_for_each(|doubt| writeln!(f, "warning: {doubt}"))?;
-        let head = ["err_F %", "err_I1 %", "err_Pi %", "err_V %"].map(|name| format!("{name:>9}"));
-        writeln!(
-            f,
-            "{:<22} {:>9} {:>9} {} {:>12}",
-            "medians",
-            format!("err_u {unit}"),
-            "largest",
-            head.join(" "),
-            "time"
-        )?;
+        let err_u = format!("err_u {unit}");
+        let head = [&*err_u, "largest", "err_F %", "err_I1 %", "err_Pi %", "err_V %"];
+        let head = head.map(|name| format!("{name:>9}")).join(" ");
+        writeln!(f, "{:<22} {head} {:>12}", "medians", "time")?;
         self.methods.iter().try_for_each(|method| write!(f, "{method}"))?;
         let head =
             Evaluation::ACCURACIES.map(|accuracy| format!("{:>10}", format!("to {accuracy:e}")));
@@ -290,13 +284,8 @@ impl fmt::Display for Method {
 
 fn row(f: &mut fmt::Formatter<'_>, name: &str, errors: &Errors, seconds: f64) -> fmt::Result {
     let volume = errors.err_volume.map_or("-".into(), |volume| format!("{:.1e}", volume.q50));
-    let medians = [
-        errors.err_u.q50,
-        errors.err_u.max,
-        errors.err_f.q50,
-        errors.err_i1.q50,
-        errors.err_pi.q50,
-    ];
+    let Errors { err_u, err_f, err_i1, err_pi, .. } = errors;
+    let medians = [err_u.q50, err_u.max, err_f.q50, err_i1.q50, err_pi.q50];
     let medians = medians.map(|value| format!("{value:>9.1e}")).join(" ");
     writeln!(f, "{name:<22} {medians} {volume:>9} {:>12}", duration(seconds))
 }

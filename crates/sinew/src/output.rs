@@ -4,9 +4,9 @@ use crate::npz;
 use crate::stresses::{StressField, add_stresses, stress_fields};
 use crate::theta::outside;
 use rayon::prelude::*;
-use sinew_energy::Body;
 pub use sinew_energy::metrics::mean_and_largest;
 use sinew_energy::metrics::volume_ratios;
+use sinew_energy::{Body, Cavity};
 use sinew_fem::{CellStress, held_sets, mixed_stresses, reactions};
 use sinew_mesh::{DISPLACEMENT, Field, MeshError, to_npy_of};
 use sinew_report::format::digits;
@@ -151,12 +151,10 @@ impl Results<'_> {
     /// Displacements and volumes of cavities against a parameter.
     fn curve(&self, parameter: usize, values: &[f64]) -> String {
         let (body, length) = (self.body, &self.body.units.length);
-        let mut heads =
-            vec![body.parameters[parameter].unit.head(&body.parameters[parameter].name)];
+        let along = &body.parameters[parameter];
+        let mut heads = vec![along.unit.head(&along.name)];
         heads.extend(["mean", "largest"].map(|of| format!("{of} u [{length}]")));
-        let volume =
-            |cavity: &sinew_energy::Cavity| format!("volume of {} [{length}3]", cavity.name);
-        heads.extend(body.cavities.iter().map(volume));
+        heads.extend(body.cavities.iter().map(|c| format!("volume of {} [{length}3]", c.name)));
         let mut text = csv_line(&heads);
         for (row, value) in self.rows.iter().zip(values) {
             let Some(field) = row.fields.first() else { continue };
@@ -193,12 +191,12 @@ impl Results<'_> {
         time: impl Fn(usize) -> f64,
     ) -> Result<(), MeshError> {
         let mut series = Vec::new();
-        let shown = (0..self.rows.len()).filter(|&case| !self.rows[case].fields.is_empty());
-        for case in shown.take(pictures) {
+        let drawn = (0..self.rows.len()).filter(|&case| !self.rows[case].fields.is_empty());
+        for case in drawn.take(pictures) {
             let name = format!("{case:04}.vtu");
-            let theta = self.body.parameters.iter().zip(&self.rows[case].theta);
-            let numbers: Vec<_> =
-                theta.map(|(p, &value)| (p.unit.head(&p.name), p.unit.shown(value))).collect();
+            let theta = shown(self.body, &self.rows[case].theta);
+            let heads = self.body.parameters.iter().map(|p| p.unit.head(&p.name));
+            let numbers: Vec<_> = heads.zip(theta).collect();
             self.picture(case).write_vtu_with(folder.join(&name), &numbers)?;
             series.push((time(case), PathBuf::from(name)));
         }
@@ -316,9 +314,7 @@ impl Results<'_> {
             heads.push(format!("{name} mean u [{length}]"));
             heads.push(format!("{name} largest u [{length}]"));
             heads.push(format!("{name} energy [{stress} {length}3]"));
-            let volume = |cavity: &sinew_energy::Cavity| {
-                format!("{name} volume of {} [{length}3]", cavity.name)
-            };
+            let volume = |c: &Cavity| format!("{name} volume of {} [{length}3]", c.name);
             heads.extend(body.cavities.iter().map(volume));
             heads.extend(["least", "largest"].map(|of| format!("{name} {of} J")));
             for (set, _) in held_sets(body) {

@@ -21,13 +21,10 @@ impl Comparison {
             provenance.command = format!("{}\n{}", self.origin.command, provenance.command);
         }
         (provenance.seed, provenance.config) = (self.origin.seed, self.configuration());
+        let Self { nodes, unknowns, displacement, length_unit: unit, .. } = self;
         let about = format!(
-            "{} nodes, {} unknowns; the nodes of the test cases move {:.2} {unit} in the mean and {:.2} {unit} at most",
-            self.nodes,
-            self.unknowns,
-            self.displacement.mean,
-            self.displacement.max,
-            unit = self.length_unit
+            "{nodes} nodes, {unknowns} unknowns; the nodes of the test cases move {:.2} {unit} in the mean and {:.2} {unit} at most",
+            displacement.mean, displacement.max
         );
         let mut report = Report::new(self.scene.clone(), about, provenance);
         let mut section = self.section("errors", "Errors and times")?;
@@ -235,11 +232,8 @@ impl Comparison {
         };
         let caption = "Predictions as lines, equilibria of the solver as markers; the other parameters in the middle of their \
                        ranges.";
-        Block::charts(
-            "Pressure and volume",
-            caption,
-            inflation.cavities.iter().enumerate().map(chart),
-        )
+        let charts = inflation.cavities.iter().enumerate().map(chart);
+        Block::charts("Pressure and volume", caption, charts)
     }
 
     fn densities(&self, error: usize) -> Chart {

@@ -110,6 +110,10 @@ struct Config {
     extrapolate: bool,
 }
 
+/// Requests about a model.
+const REQUESTS: [&str; 6] =
+    ["/ModelInfo", "/InputSizes", "/OutputSizes", "/Evaluate", "/Gradient", "/ApplyJacobian"];
+
 fn refuse<T>(message: String) -> Result<T, Response> {
     Err(Response::failed(400, "InvalidInput", &message))
 }
@@ -172,16 +176,8 @@ impl<'b> Service<'b> {
     }
 
     fn posted(&self, path: &str, text: &str) -> Result<Value, Response> {
-        let known = [
-            "/ModelInfo",
-            "/InputSizes",
-            "/OutputSizes",
-            "/Evaluate",
-            "/Gradient",
-            "/ApplyJacobian",
-            "/Surface",
-        ];
-        let known = &known[..known.len() - usize::from(self.page.is_none())];
+        let of_page = self.page.as_ref().map(|_| "/Surface");
+        let known: Vec<_> = REQUESTS.into_iter().chain(of_page).collect();
         if !known.contains(&path) {
             let message = format!("{path} is not supported; there are: {}", known.join(", "));
             return Err(Response::failed(400, "UnsupportedFeature", &message));
@@ -220,7 +216,7 @@ impl<'b> Service<'b> {
             return Ok(json!({ "output": [finite(output)?] }));
         }
         if let (Some(page), "/Surface") = (&self.page, path) {
-            let shown = page.displacement(&self.displacement(model, &theta)?);
+            let shown = page.surface.of_field(&self.displacement(model, &theta)?);
             return Ok(json!({ "displacement": finite(shown)? }));
         }
         for (name, index) in [("outWrt", request.out_wrt), ("inWrt", request.in_wrt)] {
@@ -388,10 +384,5 @@ impl Page {
             Ok(page.to_html().replace("</body>", &script))
         };
         self.html.get_or_init(make).clone()
-    }
-
-    /// Displacement of the page's nodes \[length\].
-    fn displacement(&self, field: &[f64]) -> Vec<f64> {
-        self.surface.of_field(field)
     }
 }

@@ -91,7 +91,7 @@ pub fn add_stresses(mesh: &mut AnyMesh, body: &Body, cells: &[CellStress]) {
 }
 
 /// Volumes of the cells in the reference configuration \[length³\].
-fn volumes_at_rest(body: &Body) -> impl Iterator<Item = f64> {
+pub(crate) fn volumes_at_rest(body: &Body) -> impl Iterator<Item = f64> {
     body.volumes.chunks(body.points_per_cell).map(|of| of.iter().sum::<f64>())
 }
 

@@ -144,12 +144,7 @@ pub fn parse_way(text: &str, parameters: &[Parameter]) -> Result<(usize, [f64; 2
     let Some((name, (start, end))) = ends else {
         return Err(error("give a parameter and two ends, such as p=0..8mmHg".into()));
     };
-    let name = name.trim();
-    let Some(index) = parameters.iter().position(|parameter| parameter.name == name) else {
-        let known = parameters.iter().map(|parameter| parameter.name.as_str());
-        let advice = advise(name, known, "parameters");
-        return Err(error(format!("`{name}` is not a parameter{advice}")));
-    };
+    let index = place(name.trim(), parameters).map_err(error)?;
     let parameter = &parameters[index];
     let (start, end) = (start.trim(), end.trim());
     if end.starts_with('.') {
@@ -351,12 +346,17 @@ pub(crate) fn head(text: &str) -> (&str, &str) {
     }
 }
 
+/// Place in θ of the parameter of a name.
+fn place(name: &str, parameters: &[Parameter]) -> Result<usize, String> {
+    parameters.iter().position(|parameter| parameter.name == name).ok_or_else(|| {
+        let known = parameters.iter().map(|parameter| parameter.name.as_str());
+        format!("`{name}` is not a parameter{}", advise(name, known, "parameters"))
+    })
+}
+
 /// Place of each parameter among names.
 fn columns(names: &[&str], parameters: &[Parameter]) -> Result<Vec<usize>, String> {
-    let known = || parameters.iter().map(|parameter| parameter.name.as_str());
-    if let Some(name) = names.iter().find(|name| known().all(|known| known != **name)) {
-        return Err(format!("`{name}` is not a parameter{}", advise(name, known(), "parameters")));
-    }
+    names.iter().try_for_each(|name| place(name, parameters).map(drop))?;
     let column = |parameter: &Parameter| {
         let mut found = (0..names.len()).filter(|&column| names[column] == parameter.name);
         match (found.next(), found.next()) {

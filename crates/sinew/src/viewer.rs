@@ -7,7 +7,7 @@ mod surface;
 use crate::{Emulator, locking_in_words};
 pub use compact::ViewerError;
 use compact::{Compact, PREDICTIONS, Sampled, predicted, relative};
-use fields::{Colour, ErrorModel};
+use fields::ErrorModel;
 use serde_json::{Value, json};
 use sinew_emulate::{Design, Observer, PodRegression, split_seed};
 use sinew_energy::{Body, CavityPart, Lid, Magnitude, SymmetryPlane};
@@ -63,7 +63,7 @@ pub fn viewer(
         ..Viewer::default()
     };
     viewer.quantities.push(displacement(body, &surface, &checked));
-    for Colour { quantity, error } in fields::colours(body, &surface, &fitted, &checked)? {
+    for (quantity, error) in fields::colours(body, &surface, &fitted, &checked)? {
         let told = format!("{} % off that of the emulator's predictions", digits(100.0 * error, 2));
         viewer.facts.push((quantity.name.clone(), told));
         viewer.quantities.push(quantity);

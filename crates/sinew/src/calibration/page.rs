@@ -26,12 +26,9 @@ pub fn report(
     states: &PatientStates,
     provenance: Provenance,
 ) -> Report {
-    let about = format!(
-        "{} nodes, {} data, {} unknown parameters",
-        prepared.body.nodes,
-        posterior.problem.data.len(),
-        posterior.problem.unknowns.len()
-    );
+    let (nodes, problem) = (prepared.body.nodes, &posterior.problem);
+    let (count, unknowns) = (problem.data.len(), problem.unknowns.len());
+    let about = format!("{nodes} nodes, {count} data, {unknowns} unknown parameters");
     let mut report = Report::new(title, about, provenance);
     report.headline = verdict(prepared, posterior);
     report.notes.extend(posterior.predictive.in_words());
@@ -42,14 +39,9 @@ pub fn report(
     curve.blocks.extend(curves.iter().map(|curve| curve_block(curve, prepared, posterior)));
     let rest = states.unloaded.as_ref();
     curve.blocks.extend(rest.and_then(|rest| shapes(prepared, rest)));
-    let sections = [
-        curve,
-        parameters(posterior),
-        identifiability(posterior),
-        data(posterior),
-        correction(posterior),
-    ];
-    report.sections.extend(sections);
+    let others: [fn(&Posterior) -> Section; 4] = [parameters, identifiability, data, correction];
+    report.sections.push(curve);
+    report.sections.extend(others.map(|section| section(posterior)));
     report
 }
 
@@ -83,11 +75,8 @@ fn curve_block(curve: &Curve, prepared: &Prepared, posterior: &Posterior) -> Blo
     }
     if let Some(klotz) = curve.klotz {
         let points = curve.pressures.iter().map(|p| [inverse(&klotz, *p), *p]);
-        chart = chart.with(Series::new(
-            "Klotz et al. 2006, through the last datum",
-            Style::Line,
-            points,
-        ));
+        let name = "Klotz et al. 2006, through the last datum";
+        chart = chart.with(Series::new(name, Style::Line, points));
     }
     let measured = measured(prepared, posterior, &curve.cavity);
     chart = chart.with(Series::new("measured", Style::Points, measured));

@@ -105,11 +105,11 @@ pub(super) const PREDICTIONS: usize = 500;
 pub(super) const AT_ONCE: usize = 20;
 
 /// Parameter sets with their predictions.
-pub(super) struct Sampled {
+pub(super) struct Sampled<F = Vec<f64>> {
     /// θ, set by set.
     pub(super) thetas: Vec<Vec<f64>>,
     /// Displacements, or other values of these, set by set.
-    pub(super) fields: Vec<Vec<f64>>,
+    pub(super) fields: Vec<F>,
 }
 
 /// Predictions with signs of progress.

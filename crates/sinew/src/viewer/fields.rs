@@ -7,7 +7,8 @@ use crate::stresses::at_nodes;
 use rayon::prelude::*;
 use sinew_emulate::{Counter, Error as EmulatorError, Observer, PodRegression};
 use sinew_energy::Body;
-use sinew_fem::{CellStress, Solver, cell_stresses};
+use sinew_energy::metrics::displacement_error;
+use sinew_fem::{CellStress, SolverPool, cell_stresses};
 use sinew_report::format::digits;
 use sinew_report::{Model, Quantity, Source};
 use sinew_sample::quantile;
@@ -21,19 +22,14 @@ const COLOURED: [f64; 2] = [0.005, 0.995];
 /// Predictions without an inverted cell that a regression needs.
 const LEAST: usize = 50;
 
-/// A quantity with the mean relative distance of its regression from values of the predictions.
-pub(super) struct Colour {
-    pub(super) quantity: Quantity,
-    pub(super) error: f64,
-}
-
-/// Fibre stretch and stress, or the largest principal ones of an isotropic law; nothing where most predictions invert cells.
+/// Fibre stretch and stress, or the largest principal ones of an isotropic law, each with the mean relative distance of its regression from
+/// values of the predictions; nothing where most predictions invert cells.
 pub(super) fn colours(
     body: &Body,
     surface: &Surface,
     fitted: &Sampled,
     checked: &Sampled,
-) -> Result<Vec<Colour>, ViewerError> {
+) -> Result<Vec<(Quantity, f64)>, ViewerError> {
     type Read = fn(&CellStress) -> f64;
     let fibres = !body.material.directions(0).is_empty();
     let stress = body.units.stress.as_str();
@@ -58,7 +54,7 @@ pub(super) fn colours(
             let nodes = at_nodes(body, 1, &values);
             surface.nodes.iter().map(|&node| nodes[node]).collect()
         };
-        let values = |of_cells: &Stressed| of_cells.cells.par_iter().map(of).collect::<Vec<_>>();
+        let values = |sampled: &Sampled<_>| sampled.fields.par_iter().map(of).collect::<Vec<_>>();
         let (samples, truth) = (values(&fitted), values(&checked));
         let regression =
             PodRegression::fit_polynomial(&body.parameters, &fitted.thetas, &samples, DEGREE)?;
@@ -75,24 +71,19 @@ pub(super) fn colours(
             logarithmic: false,
             model: Some(compact.packed()),
         };
-        colours.push(Colour { quantity, error });
+        colours.push((quantity, error));
     }
     Ok(colours)
 }
 
-/// Predictions that invert no cell, with their stresses.
-struct Stressed {
-    thetas: Vec<Vec<f64>>,
-    cells: Vec<Vec<CellStress>>,
-}
-
-fn stressed(body: &Body, sampled: &Sampled) -> Stressed {
+/// Predictions that invert no cell, by their stresses.
+fn stressed(body: &Body, sampled: &Sampled) -> Sampled<Vec<CellStress>> {
     let pairs = sampled.thetas.par_iter().zip(&sampled.fields);
     let found = pairs.filter_map(|(theta, field)| {
         cell_stresses(body, field, theta).ok().map(|cells| (theta.clone(), cells))
     });
-    let (thetas, cells) = found.collect::<Vec<_>>().into_iter().unzip();
-    Stressed { thetas, cells }
+    let (thetas, fields) = found.collect::<Vec<_>>().into_iter().unzip();
+    Sampled { thetas, fields }
 }
 
 /// Estimates that the error is regressed from.
@@ -196,23 +187,18 @@ fn errors(
     cases: &[(&Vec<f64>, &Vec<f64>)],
     counter: &mut Counter<'_>,
 ) -> Result<Errors, ViewerError> {
-    let body = emulator.body();
+    let solvers = SolverPool::new(emulator.body());
     let mut found = Errors::default();
     for some in cases.chunks(AT_ONCE) {
         let each: Vec<Option<Vec<f64>>> = some
             .par_iter()
-            .map_init(
-                || Solver::new(body),
-                |solver, (theta, field)| -> Result<_, ViewerError> {
-                    let solver =
-                        solver.as_mut().map_err(|error| EmulatorError::from(error.clone()))?;
-                    let estimate =
-                        solver.error_estimate(field, theta).map_err(EmulatorError::from)?;
-                    let Ok(distance) = estimate.distance else { return Ok(None) };
-                    let (truth, own) = (surface.of_field(&distance.equilibrium), shown.at(theta)?);
-                    Ok(Some(sinew_energy::metrics::displacement_error(&truth, &own)))
-                },
-            )
+            .map(|(theta, field)| -> Result<_, ViewerError> {
+                let estimate = solvers.with(|solver| solver.error_estimate(field, theta));
+                let estimate = estimate.map_err(EmulatorError::from)?;
+                let Ok(distance) = estimate.distance else { return Ok(None) };
+                let (truth, own) = (surface.of_field(&distance.equilibrium), shown.at(theta)?);
+                Ok(Some(displacement_error(&truth, &own)))
+            })
             .collect::<Result<_, _>>()?;
         for ((theta, _), nodal) in some.iter().zip(each) {
             let Some(nodal) = nodal else {
