@@ -113,10 +113,8 @@ impl NativeCase {
     ) -> Result<Self> {
         let (mesh, _) = sinew_mesh::parse("mesh.vtu", mesh)?;
         let case = Case::revived(text, file, mesh)?;
-        match quadratic {
-            true => Self::lowered(py, case.with_formulation(Formulation::Quadratic)),
-            false => Self::lowered(py, case),
-        }
+        let made = Formulation::Quadratic;
+        Self::lowered(py, if quadratic { case.with_formulation(made) } else { case })
     }
 
     #[getter]

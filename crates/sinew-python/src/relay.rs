@@ -5,9 +5,9 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use sinew_emulate::{Observer, Progress, Warning};
 use std::ops::ControlFlow;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 /// Time between two looks at signals and progress.
@@ -57,9 +57,6 @@ impl Observer for Relay {
     }
 }
 
-/// Place for the result of a computation; an error if it panicked.
-type Slot<T> = (Mutex<Option<std::thread::Result<T>>>, Condvar);
-
 /// The result of `work`, which runs on a thread of its own. `listener` hears of its progress, if it is not None.
 ///
 /// # Errors
@@ -71,24 +68,26 @@ pub(crate) fn run<T: Send + 'static, E: Into<Failure> + Send + 'static>(
     let py = listener.py();
     let (news, stop) = (Arc::new(Mutex::new(News::default())), Arc::new(AtomicBool::new(false)));
     let mut relay = Relay { news: news.clone(), stop: stop.clone() };
-    let slot: Arc<Slot<Result<T, E>>> = Arc::new((Mutex::new(None), Condvar::new()));
-    let theirs = slot.clone();
-    std::thread::spawn(move || {
-        let found = catch_unwind(AssertUnwindSafe(|| work(&mut relay)));
-        *theirs.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(found);
-        theirs.1.notify_all();
-    });
+    let (sender, receiver) = channel();
+    // Nobody waits for the result of a computation that was interrupted.
+    std::thread::spawn(move || drop(sender.send(work(&mut relay))));
+    let receiver = Mutex::new(receiver);
     loop {
-        let got = wait(py, &slot, PAUSE);
+        let got = wait(py, &receiver, PAUSE);
         if let Err(raised) = py.check_signals().and_then(|()| deliver(listener, &news)) {
             stop.store(true, Ordering::Relaxed);
-            if got.is_none() {
-                wait(py, &slot, PATIENCE);
+            if got.is_err() {
+                let _ = wait(py, &receiver, PATIENCE);
             }
             return Err(raised.into());
         }
-        if let Some(found) = got {
-            return found.map_err(|_| PyRuntimeError::new_err(PANICKED))?.map_err(E::into);
+        match got {
+            Ok(found) => return found.map_err(E::into),
+            Err(RecvTimeoutError::Timeout) => {}
+            // The thread has ended without a result.
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(PyRuntimeError::new_err(PANICKED).into());
+            }
         }
     }
 }
@@ -98,13 +97,12 @@ const PANICKED: &str =
     "the computation stopped at a mistake in it; what it said on standard error helps to mend it";
 
 /// Waits for the result without the interpreter's lock.
-fn wait<T: Send>(py: Python<'_>, slot: &Slot<T>, time: Duration) -> Option<std::thread::Result<T>> {
-    py.detach(|| {
-        let (result, ready) = slot;
-        let held = result.lock().unwrap_or_else(PoisonError::into_inner);
-        let waited = ready.wait_timeout_while(held, time, |found| found.is_none());
-        waited.unwrap_or_else(PoisonError::into_inner).0.take()
-    })
+fn wait<T: Send>(
+    py: Python<'_>,
+    receiver: &Mutex<Receiver<T>>,
+    time: Duration,
+) -> Result<T, RecvTimeoutError> {
+    py.detach(|| receiver.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(time))
 }
 
 /// Hands the news to the listener's `finished`, `warning` and `progress`.

@@ -3,8 +3,8 @@
 use crate::arrays::Array;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use sinew::case::doubtful_displacements;
-use sinew::{Body, Simulations, locking_in_words, theta_in_words};
+use sinew::case::{branched_in_words, doubtful_displacements};
+use sinew::{Body, Simulations, locking_in_words};
 use sinew_emulate::{Answers, Method};
 use sinew_fem::locking;
 
@@ -20,7 +20,7 @@ pub(crate) fn solutions<'py>(
     let mut warnings: Vec<String> = stiff.iter().map(locking_in_words).collect();
     let fields: Vec<_> = found.fields.iter().map(Vec::as_slice).collect();
     warnings.extend(doubtful_displacements(body, &fields));
-    warnings.extend(branched(body, &found));
+    warnings.extend(branched_in_words(body, &found, "load_steps=True"));
     let (failures, seconds, fields) = by_row(thetas, found, 3 * body.nodes);
     let result = PyDict::new(py);
     result.set_item("displacement", Array::new(fields, [thetas.len(), body.nodes, 3]))?;
@@ -90,15 +90,4 @@ fn by_row(
         }
     }
     (failures, seconds, all)
-}
-
-/// A warning about solutions that a rising load does not lead to.
-fn branched(body: &Body, found: &Simulations) -> Option<String> {
-    let first = found.branched.first()?;
-    let (count, all) = (found.branched.len(), found.fields.len());
-    Some(format!(
-        "{count} of {all} solutions are not those that a rising load leads to, the first at {}: the body has several stable \
-         equilibria; load_steps=True raises the load step by step",
-        theta_in_words(body, first)
-    ))
 }
