@@ -340,15 +340,13 @@ fn is_length(size: f64) -> bool {
 }
 
 fn check_length(size: f64, keys: &[&str], source: &Source) -> Result<()> {
-    source.refuse_if(!is_length(size), keys, || {
-        format!("{size} is not a length; give a positive one")
-    })
+    let reason = || format!("{size} is not a length; give a positive one");
+    source.refuse_if(!is_length(size), keys, reason)
 }
 
 fn check_tetrahedra(element: Element, body: &str, source: &Source) -> Result<()> {
-    source.refuse_if(element != Element::Tetrahedra, &["mesh", "element"], || {
-        format!("{body} made of tetrahedra only; leave it out")
-    })
+    let reason = || format!("{body} made of tetrahedra only; leave it out");
+    source.refuse_if(element != Element::Tetrahedra, &["mesh", "element"], reason)
 }
 
 /// Most boxes of a mesh that is made: the factor of so many needs hundreds of gigabytes already.

@@ -216,7 +216,7 @@ impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Exactly<T, N
     }
 }
 
-/// What is read or made of a case file, or why not.
+/// Result of reading a case file.
 pub(crate) type Result<T, E = CaseError> = std::result::Result<T, E>;
 
 /// Why a case file describes no body.

@@ -63,14 +63,14 @@ pub(crate) struct Correct {
 }
 
 impl Asked {
-    /// Reads θ and the emulator with the name of its folder, and repeats the warnings of its training; locking is judged at the first
-    /// prediction.
-    fn open<'b>(
+    /// Reads θ and the emulator, and repeats the warnings of its training; locking is judged at the first prediction. Then computes and
+    /// writes the rows in parts, into a folder of the command and the emulator.
+    fn in_parts(
         &self,
-        case: &Case,
-        body: &'b Body,
-        folder: &Path,
-    ) -> Result<(Batch, Emulator<'b>, String)> {
+        command: &str,
+        (case, body, folder): (&Case, &Body, &Path),
+        compute: impl Fn(Batch, &Emulator<'_>, &Path) -> Result<usize>,
+    ) -> Result<()> {
         let (name, path) = chosen(self.emulator.as_deref(), case, folder)?;
         let batch = self.theta.read(body, None)?;
         let emulator = sinew::load(&path, body)?;
@@ -80,7 +80,8 @@ impl Asked {
         if let Ok(first) = emulator.predict(&batch.thetas()[..1]) {
             warn_of_locking(sinew_fem::locking(body, &first.thetas[0], first.field(0)));
         }
-        Ok((batch, emulator, name))
+        let folder = folder.join(command).join(name);
+        batch.in_parts(body, &self.written, |batch| compute(batch, &emulator, &folder))
     }
 }
 
@@ -100,10 +101,9 @@ impl Predict {
         }
         let reason = "--from answers to an accuracy: add --accuracy 1e-3";
         refuse_if(self.neighbour.body()?.is_some(), || reason)?;
-        let (batch, emulator, name) = self.asked.open(&case, &body, &folder)?;
-        let folder = folder.join("predict").join(name);
-        let written = &self.asked.written;
-        batch.in_parts(&body, written, |batch| self.part(batch, &emulator, &folder))
+        let part =
+            |batch: Batch, emulator: &Emulator<'_>, to: &Path| self.part(batch, emulator, to);
+        self.asked.in_parts("predict", (&case, &body, &folder), part)
     }
 
     /// Predicts and writes a part of the rows; returns how many failed.
@@ -208,10 +208,9 @@ fn others(warnings: &[Warning]) -> Vec<String> {
 impl Correct {
     pub(crate) fn run(&self) -> Result<()> {
         let (case, body, folder) = self.asked.case.open()?;
-        let (batch, emulator, name) = self.asked.open(&case, &body, &folder)?;
-        let folder = folder.join("correct").join(name);
-        let written = &self.asked.written;
-        batch.in_parts(&body, written, |batch| self.part(batch, &emulator, &folder))
+        let part =
+            |batch: Batch, emulator: &Emulator<'_>, to: &Path| self.part(batch, emulator, to);
+        self.asked.in_parts("correct", (&case, &body, &folder), part)
     }
 
     /// Corrects and writes a part of the rows; returns how many failed.
