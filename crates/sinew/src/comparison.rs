@@ -250,14 +250,12 @@ impl fmt::Display for Method {
             let seconds = times.predict_decoder_s + after.steps as f64 * times.correction_s;
             row(f, &name, &after.errors, seconds)?;
         }
+        let Self { simulations, steps, .. } = self;
+        let [simulate, prepare, train] =
+            [times.simulate_s, times.prepare_s, times.train_s].map(duration);
         writeln!(
             f,
-            "  {} simulations {}, preparation {}, training {} ({} steps)",
-            self.simulations,
-            duration(times.simulate_s),
-            duration(times.prepare_s),
-            duration(times.train_s),
-            self.steps
+            "  {simulations} simulations {simulate}, preparation {prepare}, training {train} ({steps} steps)"
         )?;
         writeln!(
             f,

@@ -188,11 +188,8 @@ impl<'b> Service<'b> {
         let named =
             |model: &Model| model.name() == request.name && self.models().contains(&model.name());
         let Some(model) = Model::ALL.into_iter().find(named) else {
-            let message = format!(
-                "there is no model `{}`; there are: {}",
-                request.name,
-                self.models().join(", ")
-            );
+            let (name, models) = (&request.name, self.models().join(", "));
+            let message = format!("there is no model `{name}`; there are: {models}");
             return Err(Response::failed(400, "ModelNotFound", &message));
         };
         match path {
@@ -270,11 +267,10 @@ impl<'b> Service<'b> {
         if outside.is_empty() {
             return Ok(());
         }
+        let (outside, name) = (outside.join("; "), model.name());
         refuse(format!(
-            "{}, where `{}` extrapolates; give values within the ranges, ask the model `solver`, or send \"config\": \
-             {{\"extrapolate\": true}}",
-            outside.join("; "),
-            model.name()
+            "{outside}, where `{name}` extrapolates; give values within the ranges, ask the model `solver`, or send \"config\": \
+             {{\"extrapolate\": true}}"
         ))
     }
 

@@ -142,12 +142,11 @@ pub fn doubtful_displacements(body: &Body, fields: &[&[f64]]) -> Vec<String> {
         fields.par_iter().map(|field| least_and_largest_ratio(body, field)[0]).collect();
     let doubtful = least.iter().filter(|ratio| **ratio < LEAST_RATIO).count();
     let squeezed = (doubtful > 0).then(|| {
-        let least = least.iter().copied().fold(f64::INFINITY, f64::min);
+        let (least, all) = (least.into_iter().fold(f64::INFINITY, f64::min), fields.len());
+        let least = rounded(least);
         format!(
-            "the volume ratio J falls to {} (below {LEAST_RATIO} in {doubtful} of {} displacements): look at the cells there, and take finer or \
-             averaged ones, a larger bulk modulus or a smaller load, before stresses are read",
-            rounded(least),
-            fields.len()
+            "the volume ratio J falls to {least} (below {LEAST_RATIO} in {doubtful} of {all} displacements): look at the cells there, and take finer or \
+             averaged ones, a larger bulk modulus or a smaller load, before stresses are read"
         )
     });
     still.into_iter().chain(squeezed).collect()

@@ -78,12 +78,10 @@ fn tell(emulator: &RunsEmulator) {
     for left in emulator.left_out() {
         let LeftOut { name, unit, runs, folds, error, deviation, .. } = left;
         let how = if folds == runs { "leave-one-out".into() } else { format!("{folds}-fold") };
+        let (unit, r_squared) = (Unit::from(unit.as_str()).suffix(), left.r_squared());
+        let (error, share) = (digits(*error, 3), digits(error / deviation, 2));
         println!(
-            "{name}: {how} error {}{}, {} of the standard deviation, R² {:.5}",
-            digits(*error, 3),
-            Unit::from(unit.as_str()).suffix(),
-            digits(error / deviation, 2),
-            left.r_squared()
+            "{name}: {how} error {error}{unit}, {share} of the standard deviation, R² {r_squared:.5}"
         );
     }
 }

@@ -219,10 +219,8 @@ impl<'a> Target<'a> {
                 ));
             }
             names().position(|name| name == output).ok_or_else(|| {
-                format!(
-                    "there is no output `{output}`{}",
-                    advise(output, names(), "the outputs are")
-                )
+                let advice = advise(output, names(), "the outputs are");
+                format!("there is no output `{output}`{advice}")
             })
         };
         let places = data.iter().map(place).collect::<Result<_, _>>()?;
