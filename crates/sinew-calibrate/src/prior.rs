@@ -40,10 +40,9 @@ impl Unknown {
 
     /// Head of a column: `a [kPa]`.
     pub fn head(&self) -> String {
-        if self.unit.is_empty() {
-            self.name.clone()
-        } else {
-            format!("{} [{}]", self.name, self.unit)
+        match self.unit.as_str() {
+            "" => self.name.clone(),
+            unit => format!("{} [{unit}]", self.name),
         }
     }
 
@@ -93,16 +92,18 @@ impl Prior {
     pub fn fault(&self) -> Option<String> {
         let usable = |value: f64| value > 0.0 && value.is_finite();
         match *self {
-            Self::LogUniform { range: [low, high] } => (!(usable(low) && usable(high) && low < high))
-                .then(|| format!("the range is {low} to {high}; give 0 < low < high")),
+            Self::LogUniform { range: [low, high] }
+                if !(usable(low) && usable(high) && low < high) =>
+            {
+                Some(format!("the range is {low} to {high}; give 0 < low < high"))
+            }
             Self::LogNormal { median, .. } if !usable(median) => {
                 Some(format!("the median is {median}; give a positive number"))
             }
-            Self::LogNormal { deviation, .. } => (!usable(deviation)).then(|| {
-                format!(
-                    "the standard deviation of the logarithm is {deviation}; give a positive number, such as 0.1 for about 10 %"
-                )
-            }),
+            Self::LogNormal { deviation, .. } if !usable(deviation) => Some(format!(
+                "the standard deviation of the logarithm is {deviation}; give a positive number, such as 0.1 for about 10 %"
+            )),
+            _ => None,
         }
     }
 

@@ -26,37 +26,29 @@ impl Problem {
     /// # Errors
     /// Ranges that are empty or not positive; values that are not finite; standard deviations that are not positive; no data.
     pub fn new(unknowns: Vec<Unknown>, mut data: Vec<Datum>, mut kinds: Vec<Kind>) -> Result<Self> {
-        let refuse = |reason: String| Err(CalibrateError::Input(reason));
-        if unknowns.is_empty() {
-            return refuse("nothing is unknown; give at least one parameter a range".into());
-        }
-        if data.is_empty() {
-            return refuse("there are no data; add a [[data]] with a value".into());
-        }
-        for unknown in &unknowns {
-            if let Some(fault) = unknown.prior.fault() {
-                return refuse(format!("the prior of {}: {fault}", unknown.name));
-            }
+        let require = |makes_sense: bool, reason: String| match makes_sense {
+            true => Ok(()),
+            false => Err(CalibrateError::Input(reason)),
+        };
+        let unknown = "nothing is unknown; give at least one parameter a range";
+        require(!unknowns.is_empty(), unknown.into())?;
+        require(!data.is_empty(), "there are no data; add a [[data]] with a value".into())?;
+        if let Some((unknown, fault)) = unknowns.iter().find_map(|u| Some((u, u.prior.fault()?))) {
+            require(false, format!("the prior of {}: {fault}", unknown.name))?;
         }
         for Datum { name, value, deviation, is_share, .. } in &data {
-            if !value.is_finite() {
-                return refuse(format!(
-                    "{name}: the value is {value}; give a finite number or leave the datum out"
-                ));
-            }
-            if *is_share && *value <= 0.0 {
-                return refuse(format!(
-                    "{name}: the value is {value}, and a share of it is no standard deviation; give a number"
-                ));
-            }
-            if !(deviation.is_finite() && *deviation > 0.0) {
-                return refuse(format!(
-                    "{name}: the standard deviation is {deviation}; give a positive number"
-                ));
-            }
+            let advice = "give a finite number or leave the datum out";
+            require(value.is_finite(), format!("{name}: the value is {value}; {advice}"))?;
+            let advice = "and a share of it is no standard deviation; give a number";
+            let is_share_of_none = *is_share && *value <= 0.0;
+            require(!is_share_of_none, format!("{name}: the value is {value}, {advice}"))?;
+            let reason =
+                format!("{name}: the standard deviation is {deviation}; give a positive number");
+            require(deviation.is_finite() && *deviation > 0.0, reason)?;
         }
-        if let Some(kind) = kinds.iter().find(|kind| !(kind.bias.is_finite() && kind.bias >= 0.0)) {
-            return refuse(format!("{}: the bias is {}; give 0 or more", kind.name, kind.bias));
+        for Kind { name, bias, .. } in &kinds {
+            let reason = format!("{name}: the bias is {bias}; give 0 or more");
+            require(bias.is_finite() && *bias >= 0.0, reason)?;
         }
         data.sort_by(|a, b| {
             let names = by_numbers(&a.name).cmp(&by_numbers(&b.name)).then(a.name.cmp(&b.name));

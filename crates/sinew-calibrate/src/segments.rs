@@ -1,6 +1,6 @@
 //! Divisions of a wall into segments.
 
-use crate::error::{PatientError, Result};
+use crate::error::{PatientError, Result, place_of, require};
 use sinew_energy::listed;
 use sinew_mesh::AnyMesh;
 use sinew_num::ascending;
@@ -22,15 +22,15 @@ impl Segments {
     /// Where a cell is of a segment without name.
     pub fn new(names: Vec<String>, of_cell: Vec<Option<usize>>) -> Result<Self> {
         assert!(of_cell.iter().flatten().all(|&segment| segment < names.len()), "each has a name");
-        match (0..names.len()).find(|&segment| !of_cell.contains(&Some(segment))) {
-            None => Ok(Self { names, of_cell }),
-            Some(empty) => {
-                let (segment, cells) = (names[empty].clone(), of_cell.len());
-                Err(PatientError::Input(format!(
-                    "segment {segment} has no cells of {cells}: the mesh is too coarse for this division, or the wall does not reach there; take fewer segments"
-                )))
-            }
+        for (place, segment) in names.iter().enumerate() {
+            require(of_cell.contains(&Some(place)), || {
+                format!(
+                    "segment {segment} has no cells of {}: the mesh is too coarse for this division, or the wall does not reach there; take fewer segments",
+                    of_cell.len()
+                )
+            })?;
         }
+        Ok(Self { names, of_cell })
     }
 
     /// Segments by an integer field of the cells, named by its values; cells with a negative value belong to none.
@@ -74,13 +74,8 @@ impl Segments {
     /// # Errors
     /// A name that no segment has.
     pub fn cells_of(&self, name: &str) -> Result<Vec<usize>> {
-        let segment = self.names.iter().position(|other| other == name);
-        let segment = segment.ok_or_else(|| {
-            PatientError::Input(format!(
-                "there is no segment `{name}`; there are {}",
-                listed(&self.names)
-            ))
-        })?;
+        let fault = || format!("there is no segment `{name}`; there are");
+        let segment = place_of(name, &self.names, fault)?;
         let cells = 0..self.of_cell.len();
         Ok(cells.filter(|&cell| self.of_cell[cell] == Some(segment)).collect())
     }

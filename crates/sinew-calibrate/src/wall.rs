@@ -1,7 +1,7 @@
 //! Coordinates of a left ventricle's wall: height along the axis, depth, and the angle from the septum.
 
-use crate::error::{Result, check_direction};
-use crate::{Direction, PatientError, Segments};
+use crate::error::{Result, length_of, require};
+use crate::{Direction, Segments};
 use nalgebra::Vector3;
 use sinew_fem::fibres::{Depth, FibreRule, Frame, Surfaces, VentricleCoordinates};
 use sinew_mesh::TetMesh;
@@ -58,16 +58,12 @@ impl WallCoordinates {
         let apex = place(coordinates.apexes[0]);
         let length = (middle - apex).norm();
         let axis = (middle - apex) / length;
-        let centres = || {
-            mesh.cells
-                .iter()
-                .map(|cell| cell.iter().map(|&node| place(node)).sum::<Vector3<f64>>() / 4.0 - apex)
-        };
+        let centre = |cell: &[usize; 4]| cell.map(place).iter().sum::<Vector3<f64>>() / 4.0 - apex;
+        let centres = || mesh.cells.iter().map(centre);
         let heights = centres().map(|centre| centre.dot(&axis) / length).collect();
         let from_axis = centres().map(|centre| centre - axis * centre.dot(&axis)).collect();
-        let depth = |cell: &[usize; 4]| {
-            cell.iter().map(|&node| coordinates.thickness[node]).sum::<f64>() / 4.0
-        };
+        let thickness = |node: usize| coordinates.thickness[node];
+        let depth = |cell: &[usize; 4]| cell.map(thickness).iter().sum::<f64>() / 4.0;
         let depths = mesh.cells.iter().map(depth).collect();
         let frames = coordinates.cell_frames(&FibreRule::new(0.0, 0.0)?, Depth::Thickness);
         Ok(Self { heights, depths, angles: Vec::new(), frames, from_axis, axis })
@@ -78,16 +74,16 @@ impl WallCoordinates {
     /// # Errors
     /// A direction without length or along the axis.
     pub fn with_septum(mut self, direction: [f64; 3]) -> Result<Self> {
-        check_direction(direction)?;
+        length_of(direction)?;
         let septum = Vector3::from(direction);
         let length = septum.norm();
         let across = septum / length - self.axis * self.axis.dot(&septum) / length;
         let degrees = across.norm().min(1.0).asin().to_degrees();
-        if degrees < ACROSS {
-            return Err(PatientError::Input(format!(
+        require(degrees >= ACROSS, || {
+            format!(
                 "the direction of the septum is {degrees:.2} degrees off the long axis, so it marks no angle; give a vector across the axis"
-            )));
-        }
+            )
+        })?;
         let first = across.normalize();
         // Counterclockwise for an eye at the apex, which the axis points away from.
         let second = first.cross(&self.axis);
@@ -148,9 +144,9 @@ impl WallCoordinates {
     }
 
     fn divided(&self, names: Vec<String>, segment: impl Fn(f64, f64) -> usize) -> Result<Segments> {
-        if self.angles.is_empty() {
-            return Err(PatientError::Input("the division in segments counts angles from the septum, but its direction is not given: give a vector from the left cavity to the middle of the septum".into()));
-        }
+        require(!self.angles.is_empty(), || {
+            "the division in segments counts angles from the septum, but its direction is not given: give a vector from the left cavity to the middle of the septum".into()
+        })?;
         let places = self.heights.iter().zip(&self.angles);
         Segments::new(names, places.map(|(&h, &a)| Some(segment(h, a))).collect())
     }

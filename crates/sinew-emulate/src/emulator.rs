@@ -6,7 +6,7 @@ use crate::predict::regressed::{self, Regressed};
 use crate::predict::taylor::{self, TaylorExpansion};
 use crate::store::identity::{self, Identity};
 use crate::store::record::Record;
-use crate::store::{SEAL, check_seal, content, read_json, require_sealed, seal, write_json};
+use crate::store::{SEAL, check_seal, content, files, read_json, require_sealed, seal, write_json};
 use crate::{Body, Error, Result, TrainingOptions, Warning};
 use serde::{Deserialize, Serialize};
 use sinew_fem::{FrozenStiffness, Solver, SolverPool};
@@ -192,7 +192,7 @@ impl<'b> Emulator<'b> {
         let (body, record, model) = (identity::of(self.body), self.record.clone(), kind.into());
         let description = Description { version: VERSION, model, body, record };
         write_json(&folder.join(DESCRIPTION), &description)?;
-        seal(folder, DESCRIPTION, kind)
+        seal(folder, files(folder, DESCRIPTION, kind)?)
     }
 
     /// Reads an emulator of `body` whose predictor is a Taylor expansion or a regression.
@@ -225,19 +225,16 @@ impl<'b> Emulator<'b> {
             )));
         }
         check_body(body)?;
-        require_sealed(&sealed, folder, DESCRIPTION, &model)?;
+        require_sealed(&sealed, folder, &files(folder, DESCRIPTION, &model)?)?;
         let part = folder.join(&model);
-        let known = kinds.iter().find(|(kind, _)| *kind == model);
-        let predictor = match known {
-            Some((_, load)) => load(&part, body)?,
-            None if model == regressed::KIND => Box::new(Regressed::load(&part, body)?),
-            None => {
-                return Err(Error::Refused(format!(
-                    "{} holds an emulator of the kind `{model}`, which this build does not load; build with the feature `networks`, or load it with the crate that trained it",
-                    folder.display()
-                )));
-            }
+        let predictor = match kinds.iter().find(|(kind, _)| *kind == model) {
+            Some((_, load)) => load(&part, body),
+            None if model == regressed::KIND => Ok(Box::new(Regressed::load(&part, body)?) as _),
+            None => Err(Error::Refused(format!(
+                "{} holds an emulator of the kind `{model}`, which this build does not load; build with the feature `networks`, or load it with the crate that trained it",
+                folder.display()
+            ))),
         };
-        Ok(Self::new(body, predictor, record))
+        Ok(Self::new(body, predictor?, record))
     }
 }

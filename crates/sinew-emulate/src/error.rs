@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use sinew_energy::Unit;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Result of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -15,6 +15,16 @@ pub(crate) fn require(
     advice: &'static str,
 ) -> Result<()> {
     if makes_sense { Ok(()) } else { Err(Error::Setting { what, value, advice }) }
+}
+
+/// Requires that something can be used; `reason` says why it cannot.
+pub(crate) fn require_usable(usable: bool, reason: impl FnOnce() -> String) -> Result<()> {
+    if usable { Ok(()) } else { Err(Error::Refused(reason())) }
+}
+
+/// Error at a file or folder.
+pub(crate) fn at(path: &Path) -> impl Fn(std::io::Error) -> Error {
+    move |source| Error::File { path: path.into(), source }
 }
 
 /// Error of training, storing or evaluating an emulator.

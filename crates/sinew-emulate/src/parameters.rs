@@ -1,6 +1,7 @@
 //! Parameters of a body as emulators see them.
 
 use crate::coordinates::{ParameterRange, ParameterScaling};
+use crate::error::require_usable;
 use crate::sample::share_of;
 use crate::{Body, Error, Result, Warning};
 use sinew_energy::Parameter;
@@ -55,15 +56,14 @@ pub(crate) fn check_body(body: &Body) -> Result<()> {
     if !body.has_potential() {
         return Err(SolveError::NoPotential.into());
     }
-    if !body.parameters.is_empty() {
-        return Ok(());
-    }
-    let known: Vec<_> =
-        body.known.iter().map(|(name, value)| format!("{name} = {value}")).collect();
-    let known = if known.is_empty() { "there are none".into() } else { known.join(", ") };
-    Err(Error::Refused(format!(
-        "the body has no free parameters ({known}), so there is one equilibrium and nothing to emulate: solve it (sinew solve), or give a parameter a range"
-    )))
+    require_usable(!body.parameters.is_empty(), || {
+        let known = body.known.iter().map(|(name, value)| format!("{name} = {value}"));
+        let known = known.reduce(|all, next| all + ", " + &next);
+        format!(
+            "the body has no free parameters ({}), so there is one equilibrium and nothing to emulate: solve it (sinew solve), or give a parameter a range",
+            known.unwrap_or("there are none".into())
+        )
+    })
 }
 
 /// Requires finite displacements, equally many for each θ. The error names the parameter farthest outside its range.
@@ -76,12 +76,10 @@ pub fn require_finite(body: &Body, thetas: &[Vec<f64>], displacement: &[f64]) ->
 /// A prediction for θ that is not finite, and the parameter that is farthest outside of its range.
 pub fn not_finite(body: &Body, theta: &[f64]) -> Error {
     let beyond = |p: &Parameter, value: f64| (share_of(p, value) - 0.5).abs();
-    let farthest =
-        outside(body, theta).max_by(|a, b| beyond(a.0, a.1).total_cmp(&beyond(b.0, b.1)));
-    let reason = match farthest {
-        Some((p, value)) => {
-            let [value, low, high] = [value, p.range[0], p.range[1]].map(|x| p.unit.format(x));
-            let name = &p.name;
+    let all = outside(body, theta);
+    let reason = match all.max_by(|a, b| beyond(a.0, a.1).total_cmp(&beyond(b.0, b.1))) {
+        Some((Parameter { name, unit, range: [low, high], .. }, value)) => {
+            let [value, low, high] = [value, *low, *high].map(|x| unit.format(x));
             format!(
                 "{name} = {value} is far outside its range from {low} to {high}: give a value that is nearer"
             )
@@ -98,9 +96,9 @@ pub(crate) fn require_inside(body: &Body, thetas: &[Vec<f64>]) -> Result<()> {
         check_length(body, theta)?;
         if let Some((p, value)) = outside(body, theta).next() {
             let [value, low, high] = [value, p.range[0], p.range[1]].map(|x| p.unit.format(x));
+            let name = &p.name;
             return Err(Error::Refused(format!(
-                "sample {sample} has {} = {value}, outside its range from {low} to {high}: widen the range of the body's parameter, or leave the sample out",
-                p.name
+                "sample {sample} has {name} = {value}, outside its range from {low} to {high}: widen the range of the body's parameter, or leave the sample out"
             )));
         }
     }

@@ -1,8 +1,9 @@
 //! Emulators of stored runs of any solver: Gaussian processes of numbers or displacements over θ, without a body.
 
-use crate::predict::regression::{Conditional, Step, check_samples, folds, steps};
+use crate::error::require_usable;
+use crate::predict::regression::{Conditional, check_samples, folds, steps};
 use crate::store::identity::{Axis, axis};
-use crate::store::{SEAL, check_seal, checksums, read_json, write_json};
+use crate::store::{check_seal, read_json, seal, write_json};
 use crate::{Counter, Error, Observer, PodRegression, Result};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -168,10 +169,10 @@ impl RunsEmulator {
     ) -> Result<Self> {
         let length = mesh.as_ref().map_or(1, |mesh| 3 * mesh.points().len());
         for Output { name, values, .. } in outputs {
-            if let Some(other) = values.iter().find(|value| value.len() != length) {
-                let found = other.len();
-                let reason = format!("{name} has {found} numbers in a run; give {length}");
-                return Err(Error::Refused(reason));
+            for found in values.iter().map(Vec::len) {
+                require_usable(found == length, || {
+                    format!("{name} has {found} numbers in a run; give {length}")
+                })?;
             }
         }
         // By the numbers of the runs as they were given.
@@ -190,9 +191,9 @@ impl RunsEmulator {
             counter.step(1, "").is_continue().then_some(())
         };
         let fit = |output: &Output| -> Result<_> {
-            let (values, step): (_, &Step<'_>) = (drawn(&output.values), &step);
-            let (regression, errors) =
-                PodRegression::fit_evidence((&parameters, &thetas, &values), step)?;
+            let values = drawn(&output.values);
+            let samples = (&parameters[..], &thetas[..], &values[..]);
+            let (regression, errors) = PodRegression::fit_evidence(samples, &step)?;
             let conditional = conditional(&regression)?;
             Ok(((regression, conditional), LeftOut::of(output, &values, &errors)))
         };
@@ -262,7 +263,7 @@ impl RunsEmulator {
             mesh.write_vtu(folder.join(MESH)).map_err(|error| Error::Refused(error.to_string()))?;
             names.push(MESH.into());
         }
-        write_json(&folder.join(SEAL), &checksums(folder, names)?)
+        seal(folder, names)
     }
 
     /// Reads what [`RunsEmulator::save`] wrote.

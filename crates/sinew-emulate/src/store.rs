@@ -3,6 +3,7 @@
 pub(crate) mod identity;
 pub(crate) mod record;
 
+use crate::error::at;
 use crate::{Error, Result};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -27,7 +28,7 @@ pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>> {
     if !path.exists() {
         return Ok(None);
     }
-    let text = fs::read(path).map_err(|source| Error::File { path: path.into(), source })?;
+    let text = fs::read(path).map_err(at(path))?;
     serde_json::from_slice(&text).map(Some).map_err(|e| content(path, &e))
 }
 
@@ -45,7 +46,7 @@ pub fn write_table(path: &Path, rows: &[Vec<f64>]) -> Result<()> {
 /// # Errors
 /// A file that cannot be read or is no table, by path.
 pub fn read_table(path: &Path) -> Result<Vec<Vec<f64>>> {
-    let bytes = fs::read(path).map_err(|source| Error::File { path: path.into(), source })?;
+    let bytes = fs::read(path).map_err(at(path))?;
     parse_table(path, &bytes)
 }
 
@@ -54,8 +55,8 @@ pub fn read_table(path: &Path) -> Result<Vec<Vec<f64>>> {
 /// # Errors
 /// Bytes that are no npy array of floating-point numbers, by path.
 pub fn parse_table(path: &Path, bytes: &[u8]) -> Result<Vec<Vec<f64>>> {
-    let array = sinew_mesh::parse_npy(&path.display().to_string(), bytes)
-        .map_err(|error| content(path, &error))?;
+    let array = sinew_mesh::parse_npy(&path.display().to_string(), bytes);
+    let array = array.map_err(|error| content(path, &error))?;
     match (array.shape.as_slice(), array.values) {
         ([0, ..], _) => Ok(Vec::new()),
         (&[rows, ..], sinew_mesh::FieldValues::Float(values)) => {
@@ -86,7 +87,7 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     fs::create_dir_all(folder)
         .and_then(|()| fs::write(&partial, bytes))
         .and_then(|()| fs::rename(&partial, path))
-        .map_err(|source| Error::File { path: path.into(), source })
+        .map_err(at(path))
 }
 
 /// CRC-32 of files, by their names within a folder.
@@ -105,36 +106,36 @@ pub(crate) fn checksums(
 ) -> Result<Checksums> {
     let sum = |name: String| {
         let path = folder.join(&name);
-        let bytes = std::fs::read(&path).map_err(|source| Error::File { path, source })?;
+        let bytes = fs::read(&path).map_err(at(&path))?;
         Ok((name, crc32fast::hash(&bytes)))
     };
     names.into_iter().map(sum).collect()
 }
 
-/// Names of the files in a folder within `folder`; none where there is no such folder.
-fn files(folder: &Path, part: &str) -> Result<Vec<String>> {
-    let path = folder.join(part);
+/// Names of a file, and of the files in a folder within `folder`, if there is one.
+///
+/// # Errors
+/// A folder that cannot be read.
+pub(crate) fn files(folder: &Path, file: &str, part: &str) -> Result<Vec<String>> {
+    let (path, mut names) = (folder.join(part), vec![file.to_string()]);
     if !path.is_dir() {
-        return Ok(Vec::new());
+        return Ok(names);
     }
-    let failed = |source| Error::File { path: path.clone(), source };
-    let mut names = Vec::new();
-    for entry in std::fs::read_dir(&path).map_err(failed)? {
-        let entry = entry.map_err(failed)?;
+    for entry in fs::read_dir(&path).map_err(at(&path))? {
+        let entry = entry.map_err(at(&path))?;
         if entry.path().is_file() {
             names.push(format!("{part}/{}", entry.file_name().to_string_lossy()));
         }
     }
-    names.sort();
+    names[1..].sort();
     Ok(names)
 }
 
-/// Seals a folder: one file of it, and all files of a folder within it.
+/// Seals a folder by files within it.
 ///
 /// # Errors
 /// A file that cannot be read or written.
-pub(crate) fn seal(folder: &Path, file: &str, part: &str) -> Result<()> {
-    let names = std::iter::once(file.to_string()).chain(files(folder, part)?);
+pub(crate) fn seal(folder: &Path, names: impl IntoIterator<Item = String>) -> Result<()> {
     write_json(&folder.join(SEAL), &checksums(folder, names)?)
 }
 
@@ -143,13 +144,9 @@ pub(crate) fn seal(folder: &Path, file: &str, part: &str) -> Result<()> {
 /// # Errors
 /// No seal, or a file that is not as it was sealed.
 pub(crate) fn check_seal(folder: &Path) -> Result<Checksums> {
-    let Some(sealed) = read_json::<Checksums>(&folder.join(SEAL))? else {
-        return damaged(
-            folder,
-            SEAL,
-            "is missing: files were lost, or an earlier version wrote them",
-        );
-    };
+    let missing = "is missing: files were lost, or an earlier version wrote them";
+    let sealed = read_json::<Checksums>(&folder.join(SEAL))?;
+    let sealed = sealed.map_or_else(|| damaged(folder, SEAL, missing), Ok)?;
     for (name, sum) in &sealed {
         match checksums(folder, [name.clone()]) {
             Ok(found) if found[name] == *sum => {}
@@ -161,20 +158,14 @@ pub(crate) fn check_seal(folder: &Path) -> Result<Checksums> {
     Ok(sealed)
 }
 
-/// Requires that a file and all files of a folder within are among what was sealed.
+/// Requires that files are among what was sealed.
 ///
 /// # Errors
 /// A file that was added or renamed since.
-pub(crate) fn require_sealed(
-    sealed: &Checksums,
-    folder: &Path,
-    file: &str,
-    part: &str,
-) -> Result<()> {
-    let mut names = std::iter::once(file.to_string()).chain(files(folder, part)?);
-    match names.find(|name| !sealed.contains_key(name)) {
+pub(crate) fn require_sealed(sealed: &Checksums, folder: &Path, names: &[String]) -> Result<()> {
+    match names.iter().find(|name| !sealed.contains_key(*name)) {
         None => Ok(()),
-        Some(name) => damaged(folder, &name, "was not stored with the other files"),
+        Some(name) => damaged(folder, name, "was not stored with the other files"),
     }
 }
 

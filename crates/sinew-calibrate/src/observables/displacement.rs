@@ -1,7 +1,7 @@
 //! Displacement of a point of the wall.
 
 use super::{Quantity, States};
-use crate::error::{PatientError, Result, check_direction};
+use crate::error::{PatientError, Result, length_of, require};
 use sinew_energy::Body;
 use sinew_num::{dot3, sub3};
 
@@ -25,14 +25,13 @@ impl PointDisplacement {
         direction: [f64; 3],
         [from, to]: [usize; 2],
     ) -> Result<Self> {
-        check_direction(direction)?;
-        let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if image.nodes_per_cell != 4 {
-            return Err(PatientError::Input(format!(
+        let length = length_of(direction)?;
+        require(image.nodes_per_cell == 4, || {
+            format!(
                 "points are found in linear tetrahedra, not in {} cells; give the displacement of a body of those",
                 image.element().name
-            )));
-        }
+            )
+        })?;
         let shares = (0..image.cell_count()).find_map(|cell| shares(image, cell, point));
         let shares = shares.ok_or_else(|| outside(image, point))?;
         Ok(Self { states: [from, to], direction: direction.map(|x| x / length), shares })
@@ -60,11 +59,10 @@ fn shares(image: &Body, cell: usize, point: [f64; 3]) -> Option<Vec<(usize, f64)
 fn outside(image: &Body, point: [f64; 3]) -> PatientError {
     let distance = |x: &[f64; 3]| (0..3).map(|i| (x[i] - point[i]).powi(2)).sum::<f64>().sqrt();
     let distances = image.positions.iter().map(distance).zip(0..);
-    let (distance, node) =
-        distances.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 0));
+    let nearest = distances.min_by(|a, b| a.0.total_cmp(&b.0));
+    let ((distance, node), [x, y, z]) = (nearest.unwrap_or((f64::INFINITY, 0)), point);
     PatientError::Input(format!(
-        "({}, {}, {}) is in no cell of the image; the nearest node is {node}, {distance:.4} away: check units and frame of the coordinates",
-        point[0], point[1], point[2]
+        "({x}, {y}, {z}) is in no cell of the image; the nearest node is {node}, {distance:.4} away: check units and frame of the coordinates"
     ))
 }
 

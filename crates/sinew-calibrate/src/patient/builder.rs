@@ -2,7 +2,7 @@
 
 use super::Patient;
 use super::parts::{FIRST_PHASE, Parts};
-use crate::error::Result;
+use crate::error::{Result, place_of, require};
 use crate::observables::{CavityVolume, PointDisplacement, Quantity, SegmentStrain};
 use crate::setting::Entry;
 use crate::{At, Direction, Observable, PatientError, Segments, Setting, WallCoordinates};
@@ -116,52 +116,37 @@ impl<'p> PatientBuilder<'p> {
         let parameters: Vec<&str> = self.parameters.iter().map(String::as_str).collect();
         check_once(&states)?;
         check_once(&parameters)?;
-        match self.observables.is_empty() {
-            true => Err(PatientError::Input(
-                "there is nothing to observe; add volumes, strains or displacements".into(),
-            )),
-            false => Ok(()),
-        }
+        require(!self.observables.is_empty(), || {
+            "there is nothing to observe; add volumes, strains or displacements".into()
+        })
     }
 
     /// Entries of θ of the body in a state: a parameter's, or else those of the first settings that have them.
     fn entries(&self, state: &str, settings: &[&Settings]) -> Result<Vec<Entry>> {
         let known = self.entry_names();
         for (name, setting) in settings[0] {
-            if !known.contains(name) {
-                return Err(PatientError::Input(format!(
-                    "{state} sets `{name}`, but the body's parameters are {}",
-                    listed(&known)
-                )));
-            }
-            if !setting.factor.is_finite() {
-                let value = setting.factor;
-                return Err(PatientError::Input(format!(
-                    "`{name}` is {value} in {state}; give a finite value"
-                )));
-            }
+            place_of(name, &known, || {
+                format!("{state} sets `{name}`, but the body's parameters are")
+            })?;
+            let value = setting.factor;
+            require(value.is_finite(), || {
+                format!("`{name}` is {value} in {state}; give a finite value")
+            })?;
         }
         check_once(&settings[0].iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>())?;
         let place = |name: &String| {
-            let place = self.parameters.iter().position(|parameter| parameter == name);
-            place.ok_or_else(|| {
-                PatientError::Input(format!(
-                    "{state} multiplies by `{name}`, but the parameters of the patient are {}",
-                    listed(&self.parameters)
-                ))
+            place_of(name, &self.parameters, || {
+                format!("{state} multiplies by `{name}`, but the parameters of the patient are")
             })
         };
         let entry = |name: &String| {
-            let set = settings.iter().flat_map(|of_state| of_state.iter());
-            let set = set.clone().find(|(other, _)| other == name).map(|(_, setting)| setting);
-            let own = self.parameters.contains(name).then(|| Setting::parameter(name.clone()));
-            let setting = set.cloned().or(own);
-            let unset = || {
+            let set = settings.iter().copied().flatten().find(|(other, _)| other == name);
+            let own = || self.parameters.contains(name).then(|| Setting::parameter(name.clone()));
+            let setting = set.map(|(_, setting)| setting.clone()).or_else(own).ok_or_else(|| {
                 PatientError::Input(format!(
                     "`{name}` has no value in {state}: give one, or list `{name}` among the parameters of the patient"
                 ))
-            };
-            let setting = setting.ok_or_else(unset)?;
+            })?;
             let parameters = setting.parameters.iter().map(place).collect::<Result<_, _>>()?;
             Ok(Entry { factor: setting.factor, parameters })
         };
@@ -171,15 +156,12 @@ impl<'p> PatientBuilder<'p> {
     /// Checks that each parameter is read.
     fn check_use(&self, image: &[Entry], phases: &[Vec<Entry>]) -> Result<()> {
         let entries = || image.iter().chain(phases.iter().flatten());
-        let read = |at: &usize| entries().any(|entry| entry.parameters.contains(at));
-        match (0..self.parameters.len()).find(|at| !read(at)) {
-            None => Ok(()),
-            Some(at) => Err(PatientError::Input(format!(
-                "nothing reads the parameter `{}`; the body's are {}",
-                self.parameters[at],
-                listed(&self.entry_names())
-            ))),
-        }
+        self.parameters.iter().enumerate().try_for_each(|(at, name)| {
+            require(entries().any(|entry| entry.parameters.contains(&at)), || {
+                let known = listed(&self.entry_names());
+                format!("nothing reads the parameter `{name}`; the body's are {known}")
+            })
+        })
     }
 
     /// θ of the anchor.
@@ -191,15 +173,15 @@ impl<'p> PatientBuilder<'p> {
         };
         let middle = || self.parameters.iter().map(middle).collect();
         let start: Vec<f64> = self.start.clone().unwrap_or_else(middle);
-        let names = self.parameters.iter().map(String::as_str);
+        let names = self.parameters.iter();
         let short = names.clone().nth(start.len()).map(|name| (name, f64::NAN));
         let bad = names.zip(start.iter().copied()).find(|(_, value)| !value.is_finite());
-        if let Some((name, value)) = short.or(bad) {
-            return Err(PatientError::Input(format!(
+        match short.or(bad) {
+            None => Ok(start),
+            Some((name, value)) => Err(PatientError::Input(format!(
                 "the start for `{name}` is {value}; give a positive value near the middle of its range"
-            )));
+            ))),
         }
-        Ok(start)
     }
 
     fn quantities(&self) -> Result<Vec<Box<dyn Quantity>>> {
@@ -207,14 +189,11 @@ impl<'p> PatientBuilder<'p> {
         let quantity = |seen: &Observable| -> Result<Box<dyn Quantity>> {
             Ok(match seen {
                 Observable::Volume { cavity, at } => {
-                    let found = body.cavities.iter().find(|other| other.name == *cavity);
-                    let found = found.ok_or_else(|| {
-                        PatientError::Input(format!(
-                            "no pressure acts in a cavity `{cavity}`; those with a pressure are {}",
-                            listed(&body.cavities.iter().map(|c| &c.name).collect::<Vec<_>>())
-                        ))
-                    })?;
-                    let (cavity, state) = (found.clone(), self.state(seen, at)?);
+                    let names: Vec<&String> = body.cavities.iter().map(|c| &c.name).collect();
+                    let head = format!("no pressure acts in a cavity `{cavity}`");
+                    let fault = || format!("{head}; those with a pressure are");
+                    let cavity = body.cavities[place_of(cavity, &names, fault)?].clone();
+                    let state = self.state(seen, at)?;
                     Box::new(CavityVolume { cavity, state, image: body.positions.clone() })
                 }
                 Observable::Strain { segment, direction, from, to } => {
@@ -237,12 +216,9 @@ impl<'p> PatientBuilder<'p> {
             At::Image => Ok(0),
             At::Rest => Ok(1),
             At::Phase(name) => {
-                let place = self.phases.iter().position(|(other, _)| other == name);
-                let place = place.ok_or_else(|| {
-                    PatientError::Input(format!(
-                        "{seen}: there is no phase `{name}`; the states are image, rest, {}",
-                        listed(&self.phases.iter().map(|(name, _)| name).collect::<Vec<_>>())
-                    ))
+                let phases: Vec<&String> = self.phases.iter().map(|(name, _)| name).collect();
+                let place = place_of(name, &phases, || {
+                    format!("{seen}: there is no phase `{name}`; the states are image, rest,")
                 })?;
                 Ok(FIRST_PHASE + place)
             }
@@ -283,11 +259,11 @@ impl<'p> PatientBuilder<'p> {
 
 /// Refuses a name that is there twice.
 fn check_once(names: &[&str]) -> Result<()> {
-    match (0..names.len()).find(|&at| names[..at].contains(&names[at])) {
-        None => Ok(()),
-        Some(at) => Err(PatientError::Input(format!(
-            "`{}` is there twice; `image` and `rest` are names of states that each patient has",
-            names[at]
-        ))),
-    }
+    names.iter().enumerate().try_for_each(|(at, name)| {
+        require(!names[..at].contains(name), || {
+            format!(
+                "`{name}` is there twice; `image` and `rest` are names of states that each patient has"
+            )
+        })
+    })
 }

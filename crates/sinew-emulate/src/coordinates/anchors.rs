@@ -60,16 +60,13 @@ impl Anchors {
         let mut best: Option<(f64, Self)> = None;
         for length in LENGTHS {
             let places = at.iter().map(|x| &root * DVector::from_column_slice(x) / length);
-            let given = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-                factor(i, length) * matrix[(i, j)]
-            });
             let (places, map) = (places.collect::<Vec<_>>(), &root / length);
+            let given = matrix.map_with_location(|i, _, value| factor(i, length) * value);
             let Some(factored) = factored(&places, root.ncols()) else { continue };
             let spread: f64 = factored.l_dirty().diagonal().iter().map(|l| 2.0 * l.ln()).sum();
             let (inverse, weights) = (factored.inverse(), factored.solve(&given));
-            let scaled = DMatrix::from_fn(fields.len(), fields.len(), |i, j| {
-                factor(i, length) * factor(j, length) * products[(i, j)]
-            });
+            let scaled = products
+                .map_with_location(|i, j, value| factor(i, length) * factor(j, length) * value);
             let fit = inverse.component_mul(&scaled).sum();
             let scale: f64 = (0..fields.len()).map(|row| 2.0 * factor(row, length).ln()).sum();
             let evidence = fields.len() as f64 * fit.ln() + spread - scale;
@@ -193,13 +190,16 @@ fn roots(curvature: &DMatrix<f64>) -> Result<[DMatrix<f64>; 2]> {
     Ok([DMatrix::from_diagonal(&root) * eigenvectors.transpose(), back])
 }
 
+/// Place of the product of two parameters among those of `count`, which are ordered as [`terms`] are.
+fn product_of(p: usize, q: usize, count: usize) -> usize {
+    let (low, high) = (p.min(q), p.max(q));
+    low * count - low * (low + 1) / 2 + high
+}
+
 /// Value and derivatives by z from those by x, with `x = back z`.
 fn turned(given: &[Vec<f64>], back: &DMatrix<f64>) -> Vec<Vec<f64>> {
     let count = back.nrows();
-    let second = |p: usize, q: usize| {
-        let (p, q) = (p.min(q), p.max(q));
-        &given[1 + count + p * count - p * (p + 1) / 2 + q]
-    };
+    let second = |p: usize, q: usize| &given[1 + count + product_of(p, q, count)];
     let sum = |parts: &mut dyn Iterator<Item = (f64, &Vec<f64>)>| {
         let mut sum = vec![0.0; given[0].len()];
         parts.for_each(|(part, field)| {
@@ -248,7 +248,7 @@ impl From<Anchors> for Packed {
 impl TryFrom<Packed> for Anchors {
     type Error = String;
 
-    fn try_from(stored: Packed) -> std::result::Result<Self, String> {
+    fn try_from(stored: Packed) -> Result<Self, String> {
         let (count, anchors) = (stored.parameters, stored.anchors);
         let places = packed::read_doubles(&stored.places, anchors * count)?;
         let map = packed::read_doubles(&stored.map, count * count)?;
@@ -333,9 +333,8 @@ impl Motions {
 /// Gram matrix of second derivatives, from the coefficients of a Taylor polynomial.
 fn curvature_of(products: &[Vec<f64>], count: usize) -> DMatrix<f64> {
     let second = |p: usize, q: usize| {
-        let (low, high) = (p.min(q), p.max(q));
         let twice = if p == q { 2.0 } else { 1.0 };
-        (twice, &products[low * count - low * (low + 1) / 2 + high])
+        (twice, &products[product_of(p, q, count)])
     };
     DMatrix::from_fn(count, count, |p, q| {
         let product = |r: usize| {

@@ -49,7 +49,7 @@ pub enum CoordinateError {
 }
 
 /// Result with this crate's [`CoordinateError`].
-pub(crate) type Result<T> = std::result::Result<T, CoordinateError>;
+pub(crate) type Result<T, E = CoordinateError> = std::result::Result<T, E>;
 
 /// Requires `found == expected`.
 ///

@@ -4,14 +4,15 @@ mod costs;
 
 pub(crate) use costs::{of_eigenvalues, rigid_motions};
 
+use crate::coordinates::packed::{doubles, read_doubles};
 use crate::coordinates::{
     Anchors, CoordinateError, Dirichlet, MotionTree, Result, all_terms, check_terms,
-    cluster_centres, cluster_counts, expansion, packed, require_count, require_finite,
-    require_positive,
+    cluster_centres, cluster_counts, expansion, require_count, require_finite, require_positive,
 };
 use costs::{Costs, inverse_root};
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Body, Stiffness};
+use sinew_num::add3;
 use std::sync::Arc;
 
 /// Outputs at every scale: each virtual node moves the nodes below it as a rigid body, and each node adds its own
@@ -68,12 +69,7 @@ impl Motions {
         let stiffness = stiffness(body, displacement, theta)?;
         let dirichlet = Dirichlet::of_body(body);
         let (u, _) = displacement.as_chunks::<3>();
-        let places: Vec<[f64; 3]> = body
-            .positions
-            .iter()
-            .zip(u)
-            .map(|(x, u)| std::array::from_fn(|i| x[i] + u[i]))
-            .collect();
+        let places: Vec<_> = body.positions.iter().zip(u).map(|(x, u)| add3(x, u)).collect();
         let mut centres = Vec::new();
         let mut cluster_parents = Vec::new();
         let mut leaves = places.clone();
@@ -216,14 +212,14 @@ impl Motions {
     pub fn features(&self) -> Vec<f64> {
         let (clusters, nodes) = (self.tree.centres.len(), self.tree.node_parents.len());
         let row = |node: usize| {
-            self.slopes.iter().flat_map(move |slope| -> [f64; 6] {
+            self.slopes.iter().flat_map(move |slope| {
                 let (of_clusters, of_nodes) = slope.split_at(6 * clusters);
+                let mut columns = [0.0; 6];
                 match node.checked_sub(nodes) {
-                    Some(cluster) => std::array::from_fn(|i| of_clusters[6 * cluster + i]),
-                    None => {
-                        std::array::from_fn(|i| if i < 3 { of_nodes[3 * node + i] } else { 0.0 })
-                    }
+                    Some(cluster) => columns.copy_from_slice(&of_clusters[6 * cluster..][..6]),
+                    None => columns[..3].copy_from_slice(&of_nodes[3 * node..][..3]),
                 }
+                columns
             })
         };
         (0..nodes + clusters).flat_map(row).collect()
@@ -311,45 +307,45 @@ impl From<Motions> for Packed {
             unknowns: motions.unknowns,
             node_parents: tree.node_parents.clone(),
             cluster_parents: tree.cluster_parents.clone(),
-            origin: packed::doubles(&motions.origin),
-            positions: packed::doubles(tree.positions.as_flattened()),
-            centres: packed::doubles(tree.centres.as_flattened()),
-            node_scales: packed::doubles(tree.node_scales.as_flattened().as_flattened()),
-            cluster_scales: packed::doubles(tree.cluster_scales.as_flattened().as_flattened()),
-            slopes: motions.slopes.iter().map(|slope| packed::doubles(slope)).collect(),
+            origin: doubles(&motions.origin),
+            positions: doubles(tree.positions.as_flattened()),
+            centres: doubles(tree.centres.as_flattened()),
+            node_scales: doubles(tree.node_scales.as_flattened().as_flattened()),
+            cluster_scales: doubles(tree.cluster_scales.as_flattened().as_flattened()),
+            slopes: motions.slopes.iter().map(|slope| doubles(slope)).collect(),
             rates: motions.rates.to_vec(),
             anchors: motions.anchors.as_deref().cloned(),
         }
     }
 }
 
+/// Square matrices that were packed one after the other.
+fn read_matrices<const N: usize>(text: &str, count: usize) -> Result<Vec<[[f64; N]; N]>, String> {
+    Ok(read_doubles(text, N * N * count)?.as_chunks().0.as_chunks().0.to_vec())
+}
+
 impl TryFrom<Packed> for Motions {
     type Error = String;
 
-    fn try_from(packed: Packed) -> std::result::Result<Self, String> {
+    fn try_from(packed: Packed) -> Result<Self, String> {
         let (nodes, clusters) = (packed.node_parents.len(), packed.cluster_parents.len());
-        let read = |text: &str, count: usize| packed::read_doubles(text, count);
         let known = packed.node_parents.iter().all(|&parent| parent < clusters);
-        let ascending = packed.cluster_parents.iter().enumerate();
-        if !known || !ascending.clone().all(|(k, p)| p.is_none_or(|p| p > k && p < clusters)) {
+        let mut parents = packed.cluster_parents.iter().enumerate();
+        if !known || !parents.all(|(k, p)| p.is_none_or(|p| p > k && p < clusters)) {
             return Err("clusters of the outputs do not form a tree".into());
         }
         let tree = MotionTree {
-            positions: read(&packed.positions, 3 * nodes)?.as_chunks().0.to_vec(),
-            centres: read(&packed.centres, 3 * clusters)?.as_chunks().0.to_vec(),
-            node_scales: read(&packed.node_scales, 9 * nodes)?.as_chunks().0.as_chunks().0.to_vec(),
-            cluster_scales: read(&packed.cluster_scales, 36 * clusters)?
-                .as_chunks()
-                .0
-                .as_chunks()
-                .0
-                .to_vec(),
+            positions: read_doubles(&packed.positions, 3 * nodes)?.as_chunks().0.to_vec(),
+            centres: read_doubles(&packed.centres, 3 * clusters)?.as_chunks().0.to_vec(),
+            node_scales: read_matrices(&packed.node_scales, nodes)?,
+            cluster_scales: read_matrices(&packed.cluster_scales, clusters)?,
             node_parents: packed.node_parents,
             cluster_parents: packed.cluster_parents,
         };
-        let origin: Arc<[f64]> = read(&packed.origin, 3 * nodes)?.into();
-        let slopes = packed.slopes.iter().map(|slope| read(slope, 6 * clusters + 3 * nodes));
-        let slopes: Arc<[Vec<f64>]> = slopes.collect::<std::result::Result<_, _>>()?;
+        let origin: Arc<[f64]> = read_doubles(&packed.origin, 3 * nodes)?.into();
+        let slopes =
+            packed.slopes.iter().map(|slope| read_doubles(slope, 6 * clusters + 3 * nodes));
+        let slopes: Arc<[Vec<f64>]> = slopes.collect::<Result<_, _>>()?;
         let rates: Arc<[f64]> = packed.rates.into();
         if !rates.is_empty() && rates.len() + 1 != slopes.len() {
             return Err("the amplitude of the outputs has other terms than they".into());

@@ -1,5 +1,6 @@
 //! A polynomial in the parameters through simulations.
 
+use crate::coordinates::principal::NO_DIRECTIONS;
 use crate::coordinates::{CoordinateError, Number, Result, require_count};
 use nalgebra::{DMatrix, DVector};
 use sinew_num::Slope;
@@ -7,9 +8,8 @@ use sinew_num::Slope;
 /// Terms of a polynomial: the parameters, and then their products `p_i p_j` with `j ≥ i`, those with the first, with the second and so
 /// on.
 pub(crate) fn terms<S: Number>(parameters: &[S]) -> Vec<S> {
-    let products = (0..parameters.len()).flat_map(|i| {
-        parameters[i..].iter().map(move |other| parameters[i].clone() * other.clone())
-    });
+    let with = |i: usize| parameters[i..].iter().map(move |b| parameters[i].clone() * b.clone());
+    let products = (0..parameters.len()).flat_map(with);
     parameters.iter().cloned().chain(products).collect()
 }
 
@@ -97,9 +97,7 @@ impl Polynomial {
                 best = Some((missed, found));
             }
         }
-        let best =
-            best.ok_or(CoordinateError::None(crate::coordinates::principal::NO_DIRECTIONS))?;
-        Ok(best.1)
+        Ok(best.ok_or(CoordinateError::None(NO_DIRECTIONS))?.1)
     }
 
     /// Leave-one-out sum of squares and the polynomial; `None` if the parameters do not determine all terms.

@@ -109,9 +109,8 @@ impl PrincipalDirections {
             require_count("parameters of a simulation", parameters.len(), width)?;
             require_finite("parameters of a simulation", parameters)?;
         }
-        let mean: Vec<f64> = (0..size)
-            .map(|i| fields.iter().map(|field| field[i]).sum::<f64>() / count as f64)
-            .collect();
+        let mean = |i: usize| fields.iter().map(|field| field[i]).sum::<f64>() / count as f64;
+        let mean: Vec<f64> = (0..size).map(mean).collect();
         let spread = DMatrix::from_fn(size, count, |i, j| fields[j][i] - mean[i]);
         let (modes, deviations) = decomposed(spread.clone())?;
         if deviations[0] == 0.0 {
@@ -150,13 +149,10 @@ impl PrincipalDirections {
         }
         let mut size = origin.len();
         for factor in &factors {
-            require_finite("the output map", &factor.entries)?;
-            require_count(
-                "entries of the output map",
-                factor.entries.len(),
-                size * factor.columns,
-            )?;
-            size = factor.columns;
+            let Factor { columns, entries } = factor;
+            require_finite("the output map", entries)?;
+            require_count("entries of the output map", entries.len(), size * columns)?;
+            size = *columns;
         }
         require_count("columns of the output map", size, origin.len())?;
         Ok(Self { origin: origin.into(), factors, slopes: slopes.into() })
@@ -215,16 +211,14 @@ impl From<PrincipalDirections> for Packed {
 impl TryFrom<Packed> for PrincipalDirections {
     type Error = String;
 
-    fn try_from(packed: Packed) -> std::result::Result<Self, String> {
+    fn try_from(packed: Packed) -> Result<Self, String> {
         let unpack = |factor: PackedFactor| {
             let entries = packed::read_singles(&factor.entries)?.into();
             Ok::<_, String>(Factor { columns: factor.columns, entries })
         };
-        let factors =
-            packed.factors.into_iter().map(unpack).collect::<std::result::Result<_, _>>()?;
-        let slopes = packed.slopes.iter();
-        let slopes = slopes.map(|slope| packed::read_doubles(slope, packed.origin.len()));
-        let slopes = slopes.collect::<std::result::Result<_, _>>()?;
+        let factors = packed.factors.into_iter().map(unpack).collect::<Result<_, _>>()?;
+        let read = |slope: &String| packed::read_doubles(slope, packed.origin.len());
+        let slopes = packed.slopes.iter().map(read).collect::<Result<_, _>>()?;
         Self::from_parts(packed.origin, factors, slopes).map_err(|error| error.to_string())
     }
 }

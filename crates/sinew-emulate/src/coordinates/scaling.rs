@@ -5,6 +5,7 @@ use crate::coordinates::{
 };
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Parameter, Sampling};
+use sinew_num::dot;
 
 /// One parameter's trained range.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -42,11 +43,10 @@ impl ParameterScaling {
     /// # Errors
     /// An empty or not finite range, or a log scale with a bound that is not positive.
     pub fn new(ranges: Vec<ParameterRange>) -> Result<Self> {
-        for (parameter, &ParameterRange { lower, upper, scale }) in ranges.iter().enumerate() {
+        for (parameter, range) in ranges.iter().enumerate() {
+            let ParameterRange { lower, upper, .. } = *range;
             require_finite("parameter range", &[lower, upper])?;
-            if scale == Sampling::Log && lower <= 0.0 {
-                return Err(CoordinateError::LogOfNonPositive { parameter, value: lower });
-            }
+            range.require_positive(parameter, lower)?;
             if lower >= upper {
                 return Err(CoordinateError::EmptyRange { parameter, lower, upper });
             }
@@ -76,15 +76,12 @@ impl ParameterScaling {
     pub fn standardise(&self, theta: &[f64]) -> Result<Vec<f64>> {
         require_count("parameters", theta.len(), self.ranges.len())?;
         require_finite("parameters", theta)?;
-        let scaled =
-            theta.iter().zip(&self.ranges).enumerate().map(|(parameter, (&value, range))| {
-                if range.scale == Sampling::Log && value <= 0.0 {
-                    return Err(CoordinateError::LogOfNonPositive { parameter, value });
-                }
-                let (centre, deviation) = range.centre_and_deviation();
-                Ok((range.scaled(value) - centre) / deviation)
-            });
-        scaled.collect()
+        let scaled = |(parameter, (&value, range)): (usize, (&f64, &ParameterRange))| {
+            range.require_positive(parameter, value)?;
+            let (centre, deviation) = range.centre_and_deviation();
+            Ok((range.scaled(value) - centre) / deviation)
+        };
+        theta.iter().zip(&self.ranges).enumerate().map(scaled).collect()
     }
 
     /// The parameters of some network inputs.
@@ -110,12 +107,19 @@ impl ParameterScaling {
     /// As [`ParameterScaling::standardise`], and the first parameter outside.
     pub fn require_inside(&self, sample: usize, theta: &[f64]) -> Result<()> {
         self.standardise(theta)?;
-        let outside = theta.iter().zip(&self.ranges).position(|(&v, range)| !range.contains(v));
-        outside.map_or(Ok(()), |parameter| {
-            let (value, ParameterRange { lower, upper, .. }) =
-                (theta[parameter], self.ranges[parameter]);
-            Err(CoordinateError::OutsideRange { sample, parameter, value, lower, upper })
-        })
+        for (parameter, (&value, range)) in theta.iter().zip(&self.ranges).enumerate() {
+            if !range.contains(value) {
+                let ParameterRange { lower, upper, .. } = *range;
+                return Err(CoordinateError::OutsideRange {
+                    sample,
+                    parameter,
+                    value,
+                    lower,
+                    upper,
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Derivative of every network input with respect to its parameter, at `theta`.
@@ -154,6 +158,14 @@ impl ParameterRange {
     fn contains(&self, value: f64) -> bool {
         let slack = RANGE_SLACK * (self.upper - self.lower);
         (self.lower - slack..=self.upper + slack).contains(&value)
+    }
+
+    /// Requires a value that its scale has a place for.
+    fn require_positive(&self, parameter: usize, value: f64) -> Result<()> {
+        match self.scale == Sampling::Log && value <= 0.0 {
+            true => Err(CoordinateError::LogOfNonPositive { parameter, value }),
+            false => Ok(()),
+        }
     }
 
     fn scaled(&self, value: f64) -> f64 {
@@ -207,9 +219,7 @@ impl OutputScale {
         displacements: impl IntoIterator<Item = &'a [f64]>,
     ) -> Result<Self> {
         Self::from_statistics(dimensions, displacements, |values| {
-            let square =
-                values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64;
-            (0.0, square.sqrt())
+            (0.0, (dot(values, values) / values.len() as f64).sqrt())
         })
     }
 
@@ -221,11 +231,8 @@ impl OutputScale {
         require_positive("the scale of no displacement", dimensions as f64)?;
         let mut components: Vec<Vec<f64>> = vec![Vec::new(); dimensions];
         for displacement in displacements {
-            require_count(
-                "displacement values beyond whole nodes",
-                displacement.len() % dimensions,
-                0,
-            )?;
+            let beyond = displacement.len() % dimensions;
+            require_count("displacement values beyond whole nodes", beyond, 0)?;
             require_finite("displacements", displacement)?;
             for (at, component) in components.iter_mut().enumerate() {
                 component.extend(displacement.iter().skip(at).step_by(dimensions));
@@ -248,15 +255,13 @@ impl OutputScale {
         }
         require_count("output means", self.mean.len(), self.scale.len())?;
         require_finite("output means", &self.mean)?;
-        self.scale
-            .iter()
-            .try_for_each(|&scale| require_positive("the scale of a displacement component", scale))
+        let what = "the scale of a displacement component";
+        self.scale.iter().try_for_each(|&scale| require_positive(what, scale))
     }
 
     /// Length by which nodal distances are made dimensionless: root mean square of the scales \[length\].
     pub fn length(&self) -> f64 {
-        let square = self.scale.iter().map(|scale| scale * scale).sum::<f64>();
-        (square / self.scale.len().max(1) as f64).sqrt()
+        (dot(&self.scale, &self.scale) / self.scale.len().max(1) as f64).sqrt()
     }
 }
 

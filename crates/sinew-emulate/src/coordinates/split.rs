@@ -71,10 +71,11 @@ impl Layer {
         for (&cluster, motion) in of.iter().zip(&motions) {
             inverses[cluster] += motion.transpose() * motion;
         }
-        let inverses = inverses
-            .into_iter()
-            .map(|sum| if sum.amax() > 0.0 { pseudo_inverse(sum) } else { sum });
-        Self { of, motions, inverses: inverses.collect() }
+        let inverse = |sum: SMatrix<f64, 6, 6>| match sum.amax() > 0.0 {
+            true => pseudo_inverse(sum),
+            false => sum,
+        };
+        Self { of, motions, inverses: inverses.into_iter().map(inverse).collect() }
     }
 
     /// Sets the outputs of the clusters by least squares, and subtracts their motion from `rest`.

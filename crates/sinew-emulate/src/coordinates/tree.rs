@@ -1,7 +1,7 @@
 //! Nested clusters of nodes: their rigid motions, composed from the whole body down to its nodes, and their rotations with derivatives.
 
 use crate::coordinates::{CoordinateError, Result, require_count};
-use sinew_num::{Mat3, Scalar, Slope};
+use sinew_num::{Mat3, Scalar, Slope, add3, ascending};
 
 /// A body whose nodes belong to clusters, which belong to larger clusters, and so on up to one or several roots.
 ///
@@ -57,9 +57,7 @@ impl MotionTree {
                     let moved = above.rotation.apply(&place);
                     let rotated = product(&above.rotation, &own.rotation);
                     Motion {
-                        shift: std::array::from_fn(|i| {
-                            own.translation[i].clone() + above.shift[i].clone() + moved[i].clone()
-                        }),
+                        shift: add3(&add3(&own.translation, &above.shift), &moved),
                         rotation: Mat3::from_fn(|i, j| {
                             above.rotation.at(i, j) + own.rotation.at(i, j) + rotated.at(i, j)
                         }),
@@ -87,9 +85,7 @@ impl MotionTree {
             let own = scale(&self.node_scales[node], output);
             let place = self.place(self.positions[node], parent, &own);
             let motion = &motions[parent];
-            let moved = motion.rotation.apply(&place);
-            let sum = own.into_iter().zip(motion.shift.clone()).zip(moved);
-            sum.map(|((own, shift), moved)| own + shift + moved)
+            add3(&add3(&own, &motion.shift), &motion.rotation.apply(&place))
         });
         displaced.collect()
     }
@@ -347,13 +343,12 @@ pub(crate) fn cluster_counts(clusters: &[Vec<usize>], nodes: usize) -> Result<Ve
     let mut leaves = nodes;
     let count = |layer: &Vec<usize>| {
         require_count("leaves of clusters", layer.len(), leaves)?;
-        let count = layer.iter().max().map_or(0, |last| last + 1);
-        let mut used = vec![false; count.min(leaves)];
-        for &cluster in layer {
-            *used.get_mut(cluster).ok_or(CoordinateError::None("more clusters than leaves"))? =
-                true;
+        let used = ascending(layer.iter().copied());
+        let count = used.last().map_or(0, |last| last + 1);
+        if count > leaves {
+            return Err(CoordinateError::None("more clusters than leaves"));
         }
-        if used.contains(&false) {
+        if used.len() < count {
             return Err(CoordinateError::None("a cluster without leaves"));
         }
         leaves = count;

@@ -1,7 +1,8 @@
 //! Errors over test cases, thesis (3.22) and (3.24).
 
+use crate::error::require_usable;
 use crate::sample::simulate::Simulations;
-use crate::{Body, Error, Result};
+use crate::{Body, Result};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Barriers, metrics};
@@ -139,11 +140,11 @@ impl<'b> TestSet<'b> {
         let (found, expected) = (fields.len(), self.thetas.len());
         let length = self.body.prescribed.len();
         let fits = |field: &Vec<f64>| field.len() == length && field.iter().all(|u| u.is_finite());
-        if found != expected || !fields.iter().all(fits) {
-            return Err(Error::Refused(format!(
+        require_usable(found == expected && fields.iter().all(fits), || {
+            format!(
                 "{found} fields for {expected} test cases, or a field that is not {length} finite numbers long"
-            )));
-        }
+            )
+        })?;
         let guarded = self.body.clone().with_barriers(Barriers::default());
         let free = self.body.free_nodes();
         let case = |case: usize| self.case(&guarded, case, &fields[case], &free);

@@ -147,10 +147,8 @@ impl PodRegression {
         let (parameters, thetas, fields) = samples;
         let snapshots = DMatrix::from_fn(fields[0].len(), fields.len(), |i, j| fields[j][i]);
         let (mean, [modes, coefficients]) = decompose(&snapshots)?;
-        let rows: Vec<_> = thetas.iter().map(|theta| inputs(parameters, theta)).collect();
-        let fitted = fit(&DMatrix::from_rows(&rows), &coefficients);
-        let (error, size) = (fitted.leave_one_out, snapshots.norm_squared());
-        let leave_one_out = if size > 0.0 { (error / size).sqrt() } else { 0.0 };
+        let fitted = fit(&points(parameters, thetas), &coefficients);
+        let leave_one_out = fitted.relative_error(snapshots.norm_squared());
         let parameters = parameters.to_vec();
         Ok(Self { mean, modes, parameters, fitted, leave_one_out })
     }
@@ -165,11 +163,10 @@ impl PodRegression {
         let size = centred.norm_squared();
         let (samples, length, largest) = (fields.len(), fields[0].len(), centred.amax());
         centred.column_iter_mut().for_each(|mut column| column -= &self.mean);
-        let rows: Vec<_> = thetas.iter().map(|theta| inputs(&self.parameters, theta)).collect();
-        let points = DMatrix::from_rows(&rows);
+        let points = points(&self.parameters, thetas);
         let fitted = self.fitted.refitted(&points, &centred.tr_mul(&self.modes));
         let fitted = fitted.ok_or(RegressionError::Decomposition { samples, length, largest })?;
-        let leave_one_out = if size > 0.0 { (fitted.leave_one_out / size).sqrt() } else { 0.0 };
+        let leave_one_out = fitted.relative_error(size);
         Ok(Self { fitted, leave_one_out, ..self.clone() })
     }
 
@@ -178,10 +175,8 @@ impl PodRegression {
     /// # Errors
     /// When `theta` has another length than in training, or a value that its scale has no place for.
     pub fn predict(&self, theta: &[f64]) -> Result<Vec<f64>> {
-        check_theta(0, &self.parameters, theta)?;
-        let coefficients = self.fitted.at(&inputs(&self.parameters, theta));
         let mut field = self.mean.clone();
-        field.gemv(1.0, &self.modes, &coefficients.transpose(), 1.0);
+        field.gemv(1.0, &self.modes, &self.coefficients(theta)?.into(), 1.0);
         Ok(field.as_slice().to_vec())
     }
 
@@ -207,6 +202,12 @@ impl PodRegression {
 fn inputs(parameters: &[Parameter], theta: &[f64]) -> RowDVector<f64> {
     let shares = parameters.iter().zip(theta).map(|(p, &value)| input(share_of(p, value)));
     RowDVector::from_iterator(theta.len(), shares)
+}
+
+/// [`inputs`] at each of some θ, one per row.
+fn points(parameters: &[Parameter], thetas: &[Vec<f64>]) -> DMatrix<f64> {
+    let rows = thetas.iter().map(|theta| inputs(parameters, theta));
+    DMatrix::from_rows(&rows.collect::<Vec<_>>())
 }
 
 /// Width √12 of the uniform distribution of variance one.
@@ -264,12 +265,11 @@ fn decompose(snapshots: &DMatrix<f64>) -> Result<(DVector<f64>, [DMatrix<f64>; 2
         return Err(failed());
     }
     // nalgebra's own accuracy, and more sweeps than any matrix needs instead of no bound.
-    let svd =
-        centred.clone().try_svd(true, false, 5.0 * f64::EPSILON, 10_000).ok_or_else(failed)?;
+    let svd = centred.clone().try_svd(true, false, 5.0 * f64::EPSILON, 10_000);
+    let svd = svd.ok_or_else(failed)?;
     let energies: Vec<f64> = svd.singular_values.iter().map(|s| s * s).collect();
     let allowed = DROPPED_ENERGY * energies.iter().sum::<f64>();
-    let mut dropped = 0.0;
-    let mut kept = energies.len();
+    let (mut dropped, mut kept) = (0.0, energies.len());
     // The rounding error of a zero singular value is not a mode, whatever the tolerance.
     let rounding = (f64::EPSILON * snapshots.norm()).powi(2);
     while kept > 0 && (dropped + energies[kept - 1] <= allowed || energies[kept - 1] <= rounding) {
@@ -352,10 +352,9 @@ impl PodRegression {
         let rows = |matrix: &DMatrix<f64>| {
             matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
         };
-        let length = self.mean.len();
         RegressionParts {
             mean: self.mean.as_slice(),
-            modes: self.modes.as_slice().chunks_exact(length.max(1)).collect(),
+            modes: self.modes.as_slice().chunks_exact(self.mean.len().max(1)).collect(),
             lengths: &basis.lengths,
             points: rows(&basis.points),
             exponents: &basis.exponents,

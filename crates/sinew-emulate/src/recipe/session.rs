@@ -1,5 +1,6 @@
 //! Shared state of the stages of one training: body, options, observer, folder, simulations, warnings.
 
+use crate::error::at;
 use crate::estimate::evaluate::TestSet;
 use crate::parameters::{check_body, in_words, require_inside};
 use crate::recipe::progress::Observer;
@@ -62,28 +63,20 @@ impl<'a, 'b> Session<'a, 'b> {
     ) -> Result<Self> {
         options.check()?;
         check_body(body)?;
-        let own = Started {
-            key: key.into(),
-            recipe,
-            network,
-            options: options.clone(),
-            body: identity::of(body),
-        };
+        let (key, body_of_run) = (key.into(), identity::of(body));
+        let own = Started { key, recipe, network, options: options.clone(), body: body_of_run };
         if let Some(start) = &options.start {
             check_start(start, &own)?;
         }
         if let Some(folder) = &options.folder {
             // What is learned from must not be emptied with an earlier run.
-            for source in
-                [&options.start, &options.simulations, &options.shared].into_iter().flatten()
-            {
-                if inside(source, folder) {
-                    return Err(Error::Request(format!(
-                        "{} lies in {}, which the new run replaces; give the new run another folder",
-                        source.display(),
-                        folder.display()
-                    )));
-                }
+            let sources = [&options.start, &options.simulations, &options.shared];
+            if let Some(source) = sources.into_iter().flatten().find(|path| inside(path, folder)) {
+                return Err(Error::Request(format!(
+                    "{} lies in {}, which the new run replaces; give the new run another folder",
+                    source.display(),
+                    folder.display()
+                )));
             }
             prepare(folder, &own)?;
         }
@@ -145,13 +138,14 @@ impl<'a, 'b> Session<'a, 'b> {
                 found
             }
         };
-        found.require(self.body, 2)?;
-        self.simulate_s += found.seconds;
-        self.warn_of_failures(&stage, &found);
+        self.note(&stage, &found)?;
         Ok(found)
     }
 
-    fn warn_of_failures(&mut self, stage: &str, found: &Simulations) {
+    /// Requires two solutions, counts their time and warns of those that are missing.
+    fn note(&mut self, stage: &str, found: &Simulations) -> Result<()> {
+        found.require(self.body, 2)?;
+        self.simulate_s += found.seconds;
         if let Some(first) = found.failures.first() {
             let (theta, reason) = (in_words(self.body, &first.theta), first.reason.clone());
             let failed = found.failures.len();
@@ -163,6 +157,7 @@ impl<'a, 'b> Session<'a, 'b> {
             let theta = in_words(self.body, theta);
             self.warn(Warning::SeveralEquilibria { stage, count, theta });
         }
+        Ok(())
     }
 
     /// Solves for training.
@@ -175,9 +170,7 @@ impl<'a, 'b> Session<'a, 'b> {
                 let mut found = read_simulations(self.body, folder)?;
                 require_inside(self.body, &found.thetas)?;
                 found.keep(count);
-                found.require(self.body, 2)?;
-                self.simulate_s += found.seconds;
-                self.warn_of_failures(&folder.display().to_string(), &found);
+                self.note(&folder.display().to_string(), &found)?;
                 found
             }
             None => {
@@ -199,34 +192,32 @@ impl<'a, 'b> Session<'a, 'b> {
 
 /// Requires a finished run of the same recipe, with networks of the same sizes, for parameters of the same names.
 fn check_start(start: &Path, own: &Started) -> Result<()> {
-    let refuse = |reason: String| {
-        Err(Error::Request(format!(
-            "training cannot start from {}: {reason}; name the folder of a finished run of the same recipe and parameters",
-            start.display()
-        )))
+    let stored = match own.network {
+        Some(_) => read_json::<Started>(&start.join(STARTED))?,
+        None => None,
     };
-    if own.network.is_none() {
-        return refuse(format!("`{}` trains no network of its own; choose pi or dd", own.key));
-    }
-    let Some(stored) = read_json::<Started>(&start.join(STARTED))? else {
-        return refuse("it holds no run".into());
+    let reason = match stored {
+        None if own.network.is_none() => {
+            format!("`{}` trains no network of its own; choose pi or dd", own.key)
+        }
+        None => "it holds no run".into(),
+        Some(_) if !is_finished(start) => "its run is not finished".into(),
+        Some(stored) if stored.key != own.key => {
+            format!("it is of the recipe `{}`, not `{}`", stored.key, own.key)
+        }
+        Some(stored) if stored.network != own.network => {
+            "its network has other sizes; name the same under [training.network]".into()
+        }
+        Some(stored) if stored.body.parameters != own.body.parameters => {
+            let [known, own] = [&stored, own].map(|run| identity::listed(&run.body.parameters));
+            format!("its parameters are {known}, those here {own}")
+        }
+        Some(_) => return Ok(()),
     };
-    if !is_finished(start) {
-        return refuse("its run is not finished".into());
-    }
-    if stored.key != own.key {
-        return refuse(format!("it is of the recipe `{}`, not `{}`", stored.key, own.key));
-    }
-    if stored.network != own.network {
-        return refuse(
-            "its network has other sizes; name the same under [training.network]".into(),
-        );
-    }
-    if stored.body.parameters != own.body.parameters {
-        let [known, own] = [&stored, own].map(|run| identity::listed(&run.body.parameters));
-        return refuse(format!("its parameters are {known}, those here {own}"));
-    }
-    Ok(())
+    Err(Error::Request(format!(
+        "training cannot start from {}: {reason}; name the folder of a finished run of the same recipe and parameters",
+        start.display()
+    )))
 }
 
 /// Whether a path is a folder or lies in it.
@@ -284,22 +275,19 @@ fn prepare(folder: &Path, own: &Started) -> Result<()> {
         } else {
             identity::difference(&stored.body, &own.body).map(|(what, _, _)| what)
         };
-        return match differs {
-            Some(differs) => Err(Error::Request(format!(
-                "the run in {} was started with another recipe, other options or for another body ({differs}); repeat them, or begin it again (--restart)",
-                folder.display()
-            ))),
-            None => Ok(()),
-        };
+        let Some(differs) = differs else { return Ok(()) };
+        return Err(Error::Request(format!(
+            "the run in {} was started with another recipe, other options or for another body ({differs}); repeat them, or begin it again (--restart)",
+            folder.display()
+        )));
     }
-    let file_error = |source| Error::File { path: folder.into(), source };
     if folder.exists() {
-        let mut entries = std::fs::read_dir(folder).map_err(file_error)?;
+        let mut entries = std::fs::read_dir(folder).map_err(at(folder))?;
         if is_run(folder) {
             if !own.options.restart {
                 require_nothing(folder)?;
             }
-            std::fs::remove_dir_all(folder).map_err(file_error)?;
+            std::fs::remove_dir_all(folder).map_err(at(folder))?;
         } else if entries.next().is_some() {
             return Err(Error::Request(format!(
                 "{} exists but is not of an earlier training; choose another folder",

@@ -1,5 +1,6 @@
 //! Simulations that outgrow one machine: solved in shards, by the tasks of a job array, merged into one set.
 
+use crate::error::at;
 use crate::recipe::progress::Observer;
 use crate::sample::block::UNDER_WAY;
 use crate::sample::simulate::{LOG, STORED, Simulations, simulate, store, stored};
@@ -15,7 +16,8 @@ use std::time::Duration;
 /// Part of a set of samples that are solved apart, on as many machines as there are.
 ///
 /// Printed and read as `3/16`, counted from 1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+#[error("{index}/{of}")]
 pub struct Shard {
     index: usize,
     of: usize,
@@ -98,12 +100,6 @@ struct Counts {
     failures: Vec<IgnoredAny>,
 }
 
-impl std::fmt::Display for Shard {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}/{}", self.index, self.of)
-    }
-}
-
 /// Written when a shard is done, with a checksum of every file of it.
 #[derive(PartialEq, Serialize, Deserialize)]
 struct Seal {
@@ -130,8 +126,7 @@ pub fn simulate_shard(
     let thetas = &thetas[shard.samples(thetas.len())];
     if read_json::<Seal>(&own.join(SEAL))?.is_some_and(|seal| damaged(&seal, &own).is_some()) {
         // A shard whose files changed is solved again.
-        std::fs::remove_dir_all(&own)
-            .map_err(|source| Error::File { path: own.clone(), source })?;
+        std::fs::remove_dir_all(&own).map_err(at(&own))?;
     }
     let stage = format!("solve shard {shard}");
     let found = simulate(body, thetas, &stage, Some(&own), observer)?;

@@ -1,5 +1,6 @@
 //! Finite-element solutions that emulators learn from and are judged by.
 
+use crate::error::require_usable;
 use crate::parameters::in_words;
 use crate::recipe::progress::{Counter, Observer};
 use crate::sample::block::Block;
@@ -73,13 +74,16 @@ impl Log {
         let Self { body, tried, failures, branched, seconds, solve_seconds, .. } = self;
         let own =
             format!("{body:?} {tried} {failures:?} {branched:?} {seconds:?} {solve_seconds:?}");
-        let rows = |rows: &[Vec<f64>]| {
-            let mut sum = crc32fast::Hasher::new();
-            rows.iter().flatten().for_each(|value| sum.update(&value.to_le_bytes()));
-            sum.finalize()
-        };
-        [crc32fast::hash(own.as_bytes()), rows(thetas), rows(fields)]
+        [checksum(&own, &[]), checksum("", thetas), checksum("", fields)]
     }
+}
+
+/// CRC-32 of a text and of rows of numbers behind it.
+fn checksum(text: &str, rows: &[Vec<f64>]) -> u32 {
+    let mut sum = crc32fast::Hasher::new();
+    sum.update(text.as_bytes());
+    rows.iter().flatten().for_each(|value| sum.update(&value.to_le_bytes()));
+    sum.finalize()
 }
 
 impl Simulations {
@@ -232,9 +236,8 @@ pub(crate) fn store(
     write_table(&folder.join(THETAS), &simulations.thetas)?;
     write_table(&folder.join(FIELDS), &simulations.fields)?;
     let Simulations { failures, branched, seconds, solve_seconds, .. } = simulations.clone();
-    let body = body.clone();
-    let mut log =
-        Log { body, tried, failures, branched, seconds, solve_seconds, checksums: [0; 3] };
+    let (body, checksums) = (body.clone(), [0; 3]);
+    let mut log = Log { body, tried, failures, branched, seconds, solve_seconds, checksums };
     log.checksums = log.sums(&simulations.thetas, &simulations.fields);
     write_json(&folder.join(LOG), &log)
 }
@@ -244,30 +247,33 @@ pub(crate) fn store(
 /// # Errors
 /// No simulations there, or those of another body.
 pub fn read_simulations(body: &Body, folder: &Path) -> Result<Simulations> {
-    let found = read(folder, &identity::of(body))?.map(|(_, simulations)| simulations);
-    found.ok_or_else(|| {
-        Error::Request(format!(
+    match read(folder, &identity::of(body))? {
+        Some((_, found)) => Ok(found),
+        None => Err(Error::Request(format!(
             "{} holds no simulations; name a folder that simulations were stored or merged in",
             folder.display()
-        ))
-    })
+        ))),
+    }
 }
 
 /// Simulations of a body in a folder, and how many samples were tried; `None` where it holds no simulations.
 pub(crate) fn read(folder: &Path, body: &Identity) -> Result<Option<(usize, Simulations)>> {
     let Some(log) = read_json::<Log>(&folder.join(LOG))? else { return Ok(None) };
     let solved = log.solve_seconds.len();
-    let [mut thetas, mut fields] =
-        [read_table(&folder.join(THETAS))?, read_table(&folder.join(FIELDS))?];
-    thetas.truncate(solved);
-    fields.truncate(solved);
+    let rows = |name: &str| -> Result<Vec<Vec<f64>>> {
+        let mut rows = read_table(&folder.join(name))?;
+        rows.truncate(solved);
+        Ok(rows)
+    };
+    let (thetas, fields) = (rows(THETAS)?, rows(FIELDS)?);
     let sums = log.checksums.into_iter().zip(log.sums(&thetas, &fields));
-    if let Some((name, _)) = [LOG, THETAS, FIELDS].into_iter().zip(sums).find(|(_, (a, b))| a != b)
-    {
-        return Err(Error::Refused(format!(
-            "{} was changed after it was stored, or an earlier version stored it; delete its folder to solve the simulations again",
-            folder.join(name).display()
-        )));
+    for (name, (stored, found)) in [LOG, THETAS, FIELDS].into_iter().zip(sums) {
+        require_usable(stored == found, || {
+            format!(
+                "{} was changed after it was stored, or an earlier version stored it; delete its folder to solve the simulations again",
+                folder.join(name).display()
+            )
+        })?;
     }
     let Log { body: stored, tried, failures, branched, seconds, solve_seconds, .. } = log;
     if identity::difference(&stored, body).is_some() {
@@ -294,9 +300,7 @@ pub(crate) fn stored(
     body: &Identity,
     thetas: &[Vec<f64>],
 ) -> Result<(usize, Simulations)> {
-    let Some((tried, found)) = read(folder, body)? else {
-        return Ok((0, Simulations::default()));
-    };
+    let (tried, found) = read(folder, body)?.unwrap_or_default();
     let failed = |theta: &[f64]| found.failures.iter().any(|failure| alike(&failure.theta, theta));
     let expected = thetas.iter().take(tried).filter(|theta| !failed(theta));
     let same = expected.clone().count() == found.thetas.len()
@@ -318,11 +322,8 @@ impl Shared {
     /// Within a folder, by body and samples.
     pub(crate) fn new(folder: &Path, body: &Body, thetas: &[Vec<f64>]) -> Self {
         let body = identity::of(body);
-        let mut key = crc32fast::Hasher::new();
-        key.update(format!("{body:?}").as_bytes());
-        thetas.iter().flatten().for_each(|value| key.update(&value.to_le_bytes()));
-        let place = folder.join(format!("{}-{:08x}", thetas.len(), key.finalize()));
-        Self { place, body }
+        let key = checksum(&format!("{body:?}"), thetas);
+        Self { place: folder.join(format!("{}-{key:08x}", thetas.len())), body }
     }
 
     /// Simulations that another run has solved.

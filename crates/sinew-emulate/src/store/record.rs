@@ -131,8 +131,7 @@ pub struct Choice {
 
 impl fmt::Display for Choice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for candidate in &self.candidates {
-            let Candidate { recipe, simulations, error, seconds, detail } = candidate;
+        for Candidate { recipe, simulations, error, seconds, detail } in &self.candidates {
             writeln!(
                 f,
                 "{recipe} on {simulations} simulations: root mean square error {error:.1e} after {seconds:.1} s ({detail})"
@@ -140,16 +139,13 @@ impl fmt::Display for Choice {
         }
         let Some(taken) = self.candidates.get(self.taken) else { return Ok(()) };
         let (recipe, error, target) = (&taken.recipe, taken.error, self.target);
-        if error <= target {
-            write!(
+        write!(f, "{recipe} was taken, for ")?;
+        match error <= target {
+            true => write!(f, "its error {error:.1e} meets the target of {target:.1e}"),
+            false => write!(
                 f,
-                "{recipe} was taken, for its error {error:.1e} meets the target of {target:.1e}"
-            )
-        } else {
-            write!(
-                f,
-                "{recipe} was taken, for nothing met the target of {target:.1e} and its error {error:.1e} is the least"
-            )
+                "nothing met the target of {target:.1e} and its error {error:.1e} is the least"
+            ),
         }
     }
 }
@@ -175,12 +171,13 @@ impl Calibration {
     /// Warnings about estimates that are absent, or hold less often than they should.
     pub(crate) fn warnings(&self) -> Vec<Warning> {
         let Self { cases, refused, inverted, within_two } = *self;
-        let turned = (inverted > 0)
-            .then(|| Warning::Inverted { of: format!("for {inverted} of {cases} held-out cases") });
-        let refused_more =
-            (refused > inverted).then_some(Warning::RefusedEstimates { refused, cases });
-        let poor = (refused < cases && within_two < EXPECTED)
-            .then_some(Warning::PoorEstimates { share: within_two, cases: cases - refused });
-        turned.into_iter().chain(refused_more).chain(poor).collect()
+        let of = format!("for {inverted} of {cases} held-out cases");
+        let poor = Warning::PoorEstimates { share: within_two, cases: cases - refused };
+        let warnings = [
+            (inverted > 0, Warning::Inverted { of }),
+            (refused > inverted, Warning::RefusedEstimates { refused, cases }),
+            (refused < cases && within_two < EXPECTED, poor),
+        ];
+        warnings.into_iter().filter_map(|(holds, warning)| holds.then_some(warning)).collect()
     }
 }

@@ -3,6 +3,7 @@
 use crate::coordinates::MotionTree;
 use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
 use sinew_energy::Stiffness;
+use sinew_num::sub3;
 
 /// Eigenvalue \[relative to the largest of a cluster's stiffness\] below which a motion has scale zero.
 const SMALLEST_STIFFNESS: f64 = 1e-9;
@@ -50,9 +51,7 @@ impl Costs<'_> {
         centres: &[[f64; 3]],
     ) -> Vec<(SMatrix<f64, 6, 6>, f64)> {
         let mut sums = vec![(0.0, 0usize); layer.len()];
-        let arm = |node: usize| -> [f64; 3] {
-            std::array::from_fn(|i| self.places[node][i] - centres[ancestors[node]][i])
-        };
+        let arm = |node: usize| sub3(&self.places[node], &centres[ancestors[node]]);
         for (node, &cluster) in ancestors.iter().enumerate() {
             let sum = &mut sums[cluster - layer.start];
             *sum = (sum.0 + arm(node).iter().map(|r| r * r).sum::<f64>(), sum.1 + 1);

@@ -1,16 +1,16 @@
 //! Interpolation of mode coefficients, and polynomials with a ridge penalty for it.
 
-use super::process::Conditional;
+use super::process::{Conditional, logarithms};
 use nalgebra::{Cholesky, DMatrix, RowDVector};
 use serde::{Deserialize, Serialize};
 use sinew_num::monomials;
-use std::fmt;
 
 /// Interpolation of the coefficients, for reports.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "kebab-case")]
 pub enum Interpolation {
     /// Polynomial of a total degree, fitted with a ridge penalty.
+    #[error("polynomial of degree {degree}, ridge {ridge:.0e}")]
     Polynomial {
         /// Total degree.
         degree: usize,
@@ -18,6 +18,10 @@ pub enum Interpolation {
         ridge: f64,
     },
     /// Gaussian process with the kernel `exp(−½ Σ_d (x_d − x'_d)²/ℓ_d²)` about a polynomial.
+    #[error(
+        "Gaussian process about a polynomial of degree {trend}, lengths {}, nugget {nugget:.0e}",
+        lengths.iter().map(|length| format!("{length:.2}")).collect::<Vec<_>>().join(", ")
+    )]
     GaussianProcess {
         /// Total degree of the polynomial.
         trend: usize,
@@ -26,24 +30,6 @@ pub enum Interpolation {
         /// Variance of the noise relative to that of the signal.
         nugget: f64,
     },
-}
-
-impl fmt::Display for Interpolation {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Polynomial { degree, ridge } => {
-                write!(f, "polynomial of degree {degree}, ridge {ridge:.0e}")
-            }
-            Self::GaussianProcess { trend, lengths, nugget } => {
-                let lengths: Vec<_> = lengths.iter().map(|l| format!("{l:.2}")).collect();
-                let lengths = lengths.join(", ");
-                write!(
-                    f,
-                    "Gaussian process about a polynomial of degree {trend}, lengths {lengths}, nugget {nugget:.0e}"
-                )
-            }
-        }
-    }
 }
 
 /// An interpolation with what it needs to predict; one column of weights per mode.
@@ -69,11 +55,15 @@ impl Fitted {
                 Some(Self { interpolation, basis, weights, leave_one_out })
             }
             Interpolation::GaussianProcess { trend, lengths, nugget } => {
-                let logarithms = lengths.iter().chain([nugget]).map(|value| value.ln());
-                let logarithms: Vec<f64> = logarithms.collect();
-                Conditional::new(points, exponents, &logarithms)?.fitted(*trend, targets)
+                let at = logarithms(lengths, *nugget);
+                Conditional::new(points, exponents, &at)?.fitted(*trend, targets)
             }
         }
+    }
+
+    /// Root mean square of the leave-one-out error relative to fields of such a sum of squares.
+    pub(super) fn relative_error(&self, size: f64) -> f64 {
+        if size > 0.0 { (self.leave_one_out / size).sqrt() } else { 0.0 }
     }
 
     /// The coefficients at one point.
@@ -149,9 +139,8 @@ pub(super) fn fit_polynomial(
         let values = basis.at_all(points);
         for exponent in -14..=0 {
             let ridge = 10f64.powi(exponent);
-            let Some((weights, leave_one_out)) = solve_ridge(&values, targets, ridge) else {
-                continue;
-            };
+            let solved = solve_ridge(&values, targets, ridge);
+            let Some((weights, leave_one_out)) = solved else { continue };
             if leave_one_out < best.leave_one_out {
                 let interpolation = Interpolation::Polynomial { degree, ridge };
                 best = Fitted { interpolation, basis: basis.clone(), weights, leave_one_out };

@@ -39,8 +39,8 @@ pub(super) fn fit_evidence(
 ) -> Option<Fitted> {
     best_trend(points, |trend, exponents| {
         step()?;
-        let at =
-            maximise_evidence((points, targets), exponents, start(points.ncols()), FIRST_STEP)?;
+        let start = start(points.ncols());
+        let at = maximise_evidence((points, targets), exponents, start, FIRST_STEP)?;
         Conditional::new(points, exponents, &at)?.fitted(trend, targets)
     })
 }
@@ -55,6 +55,11 @@ fn best_trend(
         (exponents.len() <= points.nrows() / 2).then(|| fit(trend, &exponents)).flatten()
     });
     fits.min_by(|a, b| a.leave_one_out.total_cmp(&b.leave_one_out))
+}
+
+/// Logarithms of lengths and nugget, which a search changes.
+pub(super) fn logarithms(lengths: &[f64], nugget: f64) -> Vec<f64> {
+    lengths.iter().copied().chain([nugget]).map(f64::ln).collect()
 }
 
 /// Logarithms of lengths and nugget that a search starts from.
@@ -138,7 +143,7 @@ pub(super) fn left_out(
         return None;
     };
     let (count, exponents) = (points.nrows(), &fitted.basis.exponents);
-    let start: Vec<f64> = lengths.iter().chain([nugget]).map(|value| value.ln()).collect();
+    let start = logarithms(lengths, *nugget);
     let folds = folds(count);
     let of_fold = |fold: usize| {
         step()?;
@@ -238,8 +243,7 @@ impl Conditional {
 
     /// Standard deviation of a new value at a point \[that of the process\] (Rasmussen & Williams, 2006, (2.42)).
     pub(super) fn deviation(&self, x: &RowDVector<f64>) -> f64 {
-        let (variance, _) = self.variance(x);
-        (self.nugget + variance.max(0.0)).sqrt()
+        (self.nugget + self.variance(x).0.max(0.0)).sqrt()
     }
 
     /// [`Conditional::deviation`], and its derivatives by the coordinates of the point.
@@ -256,8 +260,8 @@ impl Conditional {
         let values = self.basis.at(x).transpose();
         let samples = self.basis.points.nrows();
         let kernels = values.rows(0, samples).into_owned();
-        let rest =
-            values.rows(samples, self.basis.exponents.len()) - self.weighted.tr_mul(&kernels);
+        let monomials = values.rows(samples, self.basis.exponents.len());
+        let rest = monomials - self.weighted.tr_mul(&kernels);
         let (explained, missed) = (self.factor.solve(&kernels), self.schur.solve(&rest));
         let variance = 1.0 - kernels.dot(&explained) + rest.dot(&missed);
         let mut slopes = DVector::zeros(values.len());
