@@ -6,7 +6,7 @@ mod defects;
 pub(crate) mod plan;
 
 use crate::error::require;
-use crate::estimate::evaluate::share;
+use crate::estimate::evaluate::{difference, share};
 use crate::parameters::{check_length, extrapolation};
 use crate::predict::taylor;
 use crate::refine::plan::Method;
@@ -14,6 +14,7 @@ use crate::{Body, Emulator, Estimate, Prediction, Result, Warning};
 use rayon::prelude::*;
 use sinew_energy::metrics::mean_and_largest;
 use sinew_fem::{FrozenStiffness, NewtonStep, Refined, Solution, SolveError, Solver, Stop};
+use sinew_num::dot;
 
 /// Rounds of Newton steps at most. Each round about squares the error.
 const MOST_ROUNDS: usize = 3;
@@ -77,9 +78,7 @@ pub(crate) fn confirmed(
     for _ in 0..MOST_ROUNDS {
         let estimate = solver.error_estimate_within(&answer.displacement, theta, most)?;
         answer.steps += estimate.newton_steps;
-        let Ok(distance) = estimate.distance else {
-            return Ok((None, answer.steps));
-        };
+        let Ok(distance) = estimate.distance else { return Ok((None, answer.steps)) };
         answer.error = share(distance.left_open, mean_and_largest(&distance.equilibrium)[0]);
         answer.displacement = distance.equilibrium;
         if answer.is_within(accuracy) {
@@ -97,8 +96,7 @@ pub(crate) fn is_far(body: &Body, displacement: &[f64], theta: &[f64]) -> bool {
     let mut at = |u: &[f64]| {
         gradient.fill(0.0);
         let energy = body.value_and_gradient(u, theta, &mut gradient);
-        let slope: f64 = gradient.iter().zip(displacement).map(|(g, u)| g * u).sum();
-        (energy, slope)
+        (energy, dot(&gradient, displacement))
     };
     let (energy, slope) = at(displacement);
     if !body.prescribed.iter().all(|u| u.is_none_or(|u| u == 0.0)) {
@@ -110,11 +108,9 @@ pub(crate) fn is_far(body: &Body, displacement: &[f64], theta: &[f64]) -> bool {
 
 impl From<Solution> for Answer {
     fn from(solution: Solution) -> Self {
+        let off = solution.iteration_error.unwrap_or(f64::INFINITY);
         Self {
-            error: share(
-                solution.iteration_error.unwrap_or(f64::INFINITY),
-                mean_and_largest(&solution.displacement)[0],
-            ),
+            error: share(off, mean_and_largest(&solution.displacement)[0]),
             steps: solution.iterations(),
             method: Method::Solver,
             seconds: solution.seconds,
@@ -213,8 +209,8 @@ impl<'b> Emulator<'b> {
 fn misgivings(predicted: &[f64], steps: &[NewtonStep]) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if let Some(first) = steps.first() {
-        let apart: Vec<_> = predicted.iter().zip(&first.displacement).map(|(a, b)| a - b).collect();
-        let relative = mean_and_largest(&apart)[0] / mean_and_largest(&first.displacement)[0];
+        let apart = mean_and_largest(&difference(predicted, &first.displacement))[0];
+        let relative = apart / mean_and_largest(&first.displacement)[0];
         if relative > FAR_FOR_CORRECTION {
             warnings.push(Warning::FarForCorrection { relative, limit: FAR_FOR_CORRECTION });
         }

@@ -1,8 +1,7 @@
 //! Errors over test cases, thesis (3.22) and (3.24).
 
-use crate::error::require_usable;
 use crate::sample::simulate::Simulations;
-use crate::{Body, Result};
+use crate::{Body, Error, Result};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Barriers, metrics};
@@ -140,11 +139,9 @@ impl<'b> TestSet<'b> {
         let (found, expected) = (fields.len(), self.thetas.len());
         let length = self.body.prescribed.len();
         let fits = |field: &Vec<f64>| field.len() == length && field.iter().all(|u| u.is_finite());
-        require_usable(found == expected && fields.iter().all(fits), || {
-            format!(
-                "{found} fields for {expected} test cases, or a field that is not {length} finite numbers long"
-            )
-        })?;
+        if found != expected || !fields.iter().all(fits) {
+            return Err(misfits(found, expected, length));
+        }
         let guarded = self.body.clone().with_barriers(Barriers::default());
         let free = self.body.free_nodes();
         let case = |case: usize| self.case(&guarded, case, &fields[case], &free);
@@ -176,6 +173,18 @@ impl<'b> TestSet<'b> {
             energy_excess: share(energy - minimum, minimum.abs()),
         }
     }
+}
+
+/// Error of fields that do not suit test cases.
+pub(crate) fn misfits(found: usize, expected: usize, length: usize) -> Error {
+    Error::Refused(format!(
+        "{found} fields for {expected} test cases, or a field that is not {length} finite numbers long"
+    ))
+}
+
+/// Components of `a − b`.
+pub(crate) fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
 /// Measure by which weights, fits and recipes are chosen: root mean square of `‖u − û‖ / ‖u‖` over the cases, times one
@@ -258,10 +267,10 @@ impl Quantiles {
         sorted.sort_by(f64::total_cmp);
         let at = |share: f64| {
             let place = share * (sorted.len() as f64 - 1.0);
-            let [below, above] = [place.floor(), place.ceil()].map(|at| at as usize);
-            match (sorted.get(below), sorted.get(above)) {
-                (Some(low), Some(high)) if below < above => {
-                    low + (place - below as f64) * (high - low)
+            let [below, above] = [place.floor(), place.ceil()].map(|at| sorted.get(at as usize));
+            match (below, above) {
+                (Some(low), Some(high)) if place.fract() > 0.0 => {
+                    low + place.fract() * (high - low)
                 }
                 (Some(value), _) => *value,
                 _ => f64::NAN,

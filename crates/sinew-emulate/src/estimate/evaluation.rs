@@ -1,13 +1,15 @@
 //! An emulator against a test set: errors raw and corrected, estimates, times.
 
-use crate::estimate::evaluate::{Errors, Quantiles, TestSet, median, median_seconds, share};
+use crate::estimate::evaluate::{
+    Errors, Quantiles, TestSet, difference, median, median_seconds, misfits, share,
+};
 use crate::parameters::check_length;
-use crate::{Calibration, Emulator, Error, Result};
+use crate::{Calibration, Emulator, Result};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_energy::metrics::mean_and_largest;
 use sinew_fem::{NewtonStep, Options, SolveError, Solver};
-use sinew_num::{dot, norm};
+use sinew_num::norm;
 use std::time::Instant;
 
 /// Repetitions behind every prediction time.
@@ -87,12 +89,8 @@ impl Emulator<'_> {
     /// # Errors
     /// A test set without cases, or a body that cannot be solved.
     pub fn evaluate(&self, test: &TestSet<'_>, corrections: usize) -> Result<Evaluation> {
-        let Some(theta) = test.thetas.first() else {
-            return Err(Error::Refused(format!(
-                "0 fields for 1 test cases, or a field that is not {} finite numbers long",
-                self.body.prescribed.len()
-            )));
-        };
+        let length = self.body.prescribed.len();
+        let theta = test.thetas.first().ok_or_else(|| misfits(0, 1, length))?;
         let fields = self.predict(&test.thetas)?.fields();
         let raw = test.cases(&fields)?;
         // None where a prediction inverts a cell.
@@ -106,10 +104,10 @@ impl Emulator<'_> {
         let steps: Vec<_> = test.thetas.iter().zip(&fields).map(steps).collect::<Result<_>>()?;
         let judged = ratios(self, test, &fields)?;
         let Calibration { within_two, refused, .. } = Calibration::of(&judged);
-        let estimated: Vec<[f64; 2]> = judged.iter().flatten().copied().collect();
+        let estimated = || judged.iter().flatten();
         let quantiles = |which: usize| {
-            let ratios = estimated.iter().map(|ratios| ratios[which]);
-            (!estimated.is_empty()).then(|| Quantiles::of(ratios))
+            let ratios = estimated().map(|ratios| ratios[which]);
+            estimated().next().map(|_| Quantiles::of(ratios))
         };
         let after = |count: usize| -> Vec<Vec<f64>> {
             let moved = |(field, steps): (&Vec<f64>, &Vec<NewtonStep>)| {
@@ -118,11 +116,11 @@ impl Emulator<'_> {
             };
             fields.iter().zip(&steps).map(moved).collect()
         };
-        let corrected = (1..=corrections).map(|count| {
-            let cases = test.cases(&after(count))?;
-            let hurt =
-                cases.iter().zip(&raw).filter(|(after, before)| after.relative > before.relative);
-            Ok(Corrected { steps: count, errors: Errors::of(&cases), hurt: hurt.count() })
+        let corrected = (1..=corrections).map(|steps| {
+            let cases = test.cases(&after(steps))?;
+            let pairs = cases.iter().zip(&raw);
+            let hurt = pairs.filter(|(after, before)| after.relative > before.relative).count();
+            Ok(Corrected { steps, errors: Errors::of(&cases), hurt })
         });
         let seconds: Vec<f64> = steps.iter().flatten().map(|step| step.seconds).collect();
         let step_s = if seconds.is_empty() { 0.0 } else { median(&seconds) };
@@ -192,11 +190,10 @@ impl Emulator<'_> {
                 solver.sensitivity(&solution)
             })?;
             for (p, (own, truth)) in self.sensitivity(theta)?.iter().zip(&truth).enumerate() {
-                let apart: Vec<f64> = own.iter().zip(truth).map(|(a, b)| a - b).collect();
                 let [low, high] = self.body.parameters[p].range;
-                let least = LEAST_MOTION * norm(field) / (high - low);
-                let size = norm(truth).max(least);
-                errors[p].push(if size > 0.0 { 100.0 * norm(&apart) / size } else { 0.0 });
+                let size = norm(truth).max(LEAST_MOTION * norm(field) / (high - low));
+                let apart = 100.0 * norm(&difference(own, truth));
+                errors[p].push(if size > 0.0 { apart / size } else { 0.0 });
             }
         }
         Ok(errors.iter().map(|errors| median(errors)).collect())
@@ -212,10 +209,9 @@ impl Calibration {
     }
 
     fn of(judged: &[Judged]) -> Self {
-        let is_within_two =
-            |ratios: &&[f64; 2]| ratios.iter().all(|ratio| (0.5..=2.0).contains(ratio));
+        let is_near = |ratios: &&[f64; 2]| ratios.iter().all(|ratio| (0.5..=2.0).contains(ratio));
         let estimated = judged.iter().flatten().count();
-        let within = judged.iter().flatten().filter(is_within_two).count();
+        let within = judged.iter().flatten().filter(is_near).count();
         Self {
             cases: judged.len(),
             refused: judged.len() - estimated,
@@ -239,13 +235,12 @@ fn ratios(emulator: &Emulator<'_>, test: &TestSet<'_>, fields: &[Vec<f64>]) -> R
         let Some(distance) = estimate.distance else {
             return Ok(Err(estimate.residual.is_none()));
         };
-        let difference: Vec<f64> = field.iter().zip(truth).map(|(a, b)| a - b).collect();
-        if dot(&difference, &difference).sqrt() <= ROUNDING * dot(truth, truth).sqrt() {
+        let apart = difference(field, truth);
+        if norm(&apart) <= ROUNDING * norm(truth) {
             return Ok(Ok([1.0; 2]));
         }
-        let in_energy =
-            emulator.solvers.with(|solver| solver.energy_norm(truth, theta, &difference))?;
-        let [mean, _] = mean_and_largest(&difference);
+        let in_energy = emulator.solvers.with(|solver| solver.energy_norm(truth, theta, &apart))?;
+        let [mean, _] = mean_and_largest(&apart);
         Ok(Ok([share(in_energy, distance.energy_norm), share(mean, distance.mean)]))
     };
     fields.par_iter().enumerate().map(judge).collect()
@@ -269,15 +264,14 @@ pub struct Stage {
 
 impl Stage {
     /// Fields on the cases of a test set.
-    pub(crate) fn new(
+    fn new(
         name: String,
         [once_s, each_s]: [f64; 2],
         test: &TestSet<'_>,
         fields: &[Vec<f64>],
     ) -> Self {
         let error = |(truth, field): (&Vec<f64>, &Vec<f64>)| {
-            let apart: Vec<f64> = truth.iter().zip(field).map(|(a, b)| a - b).collect();
-            share(mean_and_largest(&apart)[0], mean_and_largest(truth)[0])
+            share(mean_and_largest(&difference(truth, field))[0], mean_and_largest(truth)[0])
         };
         let errors = test.fields.iter().zip(fields).map(error).collect();
         Self { name, once_s, each_s, errors }
@@ -285,11 +279,7 @@ impl Stage {
 
     /// After quasi-Newton steps with the stiffness at the centre of the ranges, factorised once in about the time of a Newton step; `None` if
     /// that stiffness cannot be factorised.
-    pub(crate) fn refined(
-        emulator: &Emulator<'_>,
-        test: &TestSet<'_>,
-        step_s: f64,
-    ) -> Result<Option<Self>> {
+    fn refined(emulator: &Emulator<'_>, test: &TestSet<'_>, step_s: f64) -> Result<Option<Self>> {
         // The stiffness is factorised with the first.
         if emulator.refine(&test.thetas[..1], QUASI_NEWTON).is_err() {
             return Ok(None);
@@ -330,10 +320,9 @@ impl Evaluation {
             if least.is_finite() { least } else { dearest + times.solver_s(sets) / count }
         };
         let steps = (0..cases).map(of).sum::<f64>() / cases as f64;
-        let predict = match sets < BATCH {
-            true => times.predict_decoder_s,
-            false => times.predict_batch_per_theta_s,
-        };
+        let one_by_one = sets < BATCH;
+        let predict =
+            if one_by_one { times.predict_decoder_s } else { times.predict_batch_per_theta_s };
         times.simulate_s + times.prepare_s + times.train_s + count * (predict + steps)
     }
 }

@@ -1,5 +1,6 @@
 //! Regressions of simulations, of what a Taylor expansion leaves of them, and the expansion alone; a frozen stiffness.
 
+use crate::estimate::evaluate::difference;
 use crate::predict::Predictor;
 use crate::predict::taylor::{self, TaylorExpansion};
 use crate::store::record::Record;
@@ -30,9 +31,8 @@ impl Regressed {
             None => vec![0.0; 3 * body.nodes],
         };
         if let Some(taylor) = &self.taylor {
-            for (u, of_taylor) in field.iter_mut().zip(taylor.at(body, theta)?) {
-                *u += of_taylor;
-            }
+            let expanded = taylor.at(body, theta)?;
+            field.iter_mut().zip(expanded).for_each(|(u, expanded)| *u += expanded);
         }
         Ok(field)
     }
@@ -49,9 +49,8 @@ impl Regressed {
         let error = plain.leave_one_out();
         let plain = (Self { taylor: None, regression: Some(plain) }, error);
         let Some(taylor) = taylor else { return Ok(plain) };
-        let left = |(theta, field): (&Vec<f64>, &Vec<f64>)| -> Result<Vec<f64>> {
-            let taylor = taylor.at(body, theta)?;
-            Ok(field.iter().zip(taylor).map(|(u, of_taylor)| u - of_taylor).collect())
+        let left = |(theta, field): (&Vec<f64>, &Vec<f64>)| {
+            Ok(difference(field, &taylor.at(body, theta)?))
         };
         let left: Vec<Vec<f64>> = thetas.iter().zip(fields).map(left).collect::<Result<_>>()?;
         let regression = PodRegression::fit(&body.parameters, thetas, &left)?;
@@ -65,16 +64,12 @@ impl Regressed {
 
     /// Description in words.
     pub(crate) fn detail(&self) -> String {
-        let regression = self.regression.as_ref().map(|regression| {
-            format!("{} modes, {}", regression.modes(), regression.interpolation())
-        });
-        match (&self.taylor, regression) {
-            (None, Some(regression)) => regression,
-            (taylor, None) => taylor::about(taylor.as_ref().map_or(1, TaylorExpansion::anchors)),
-            (Some(_), Some(regression)) => {
-                format!("{regression}, of what second order about one solution leaves")
-            }
-        }
+        let Some(regression) = &self.regression else {
+            return taylor::about(self.taylor.as_ref().map_or(1, TaylorExpansion::anchors));
+        };
+        let of = ", of what second order about one solution leaves";
+        let of = if self.taylor.is_some() { of } else { "" };
+        format!("{} modes, {}{of}", regression.modes(), regression.interpolation())
     }
 
     /// Reads a folder that [`Predictor::save`] wrote.

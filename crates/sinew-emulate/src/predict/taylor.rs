@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_energy::Barriers;
 use sinew_fem::{Options, SolveError, Solver};
+use sinew_num::dot;
 
 /// Displacements by the Taylor expansion of second order about one solution: derivatives by the implicit function theorem, second order
 /// with the stiffness of that solution, both in rigid motions of the body's clusters, so that rotations do not stretch. It may go through further solutions
@@ -20,10 +21,8 @@ pub struct TaylorExpansion(Motions);
 /// Short name of the recipe, and what it makes.
 pub(crate) const KEY: &str = "taylor";
 pub(crate) fn about(anchors: usize) -> String {
-    match anchors {
-        1 => "Taylor expansion of second order about one solution".into(),
-        _ => format!("Taylor expansion of second order about {anchors} solutions"),
-    }
+    let solutions = if anchors == 1 { "one solution" } else { &format!("{anchors} solutions") };
+    format!("Taylor expansion of second order about {solutions}")
 }
 
 /// Parameter sets that parts of the orders are tried at.
@@ -126,8 +125,8 @@ fn damped(
     let of_first_order = body.parameters.len();
     let all = |form: Motions| PARTS.map(|parts| (0.0, form.clone().damped(parts, of_first_order)));
     let mut tried: Vec<(f64, Motions)> = forms.into_iter().flat_map(all).collect();
-    let (guarded, scaling) =
-        (body.clone().with_barriers(Barriers::default()), parameters::scaling(body)?);
+    let guarded = body.clone().with_barriers(Barriers::default());
+    let scaling = parameters::scaling(body)?;
     let work = work(body, tried[0].1.origin());
     for theta in thetas {
         let at = scaling.standardise(theta)?;
@@ -168,14 +167,12 @@ fn second_order(
             let from = from(&away)?;
             let moved: Vec<f64> = at.iter().zip(&away).map(|(x, away)| x + away).collect();
             let theta = scaling.unstandardise(&moved)?;
-            match solver.simplified_step(&from, &theta) {
-                Ok(to) => {
-                    for (sum, (to, from)) in sum.iter_mut().zip(to.iter().zip(&from)) {
-                        *sum += factor * (to - from);
-                    }
-                }
+            let to = match solver.simplified_step(&from, &theta) {
                 Err(SolveError::Inadmissible { .. }) => return Ok(None),
-                Err(other) => return Err(other.into()),
+                found => found?,
+            };
+            for (sum, (to, from)) in sum.iter_mut().zip(to.iter().zip(&from)) {
+                *sum += factor * (to - from);
             }
         }
         Ok(Some(sum))
@@ -250,11 +247,11 @@ pub fn with_anchors(
     let mut through = motions.clone().through(&anchors)?;
     while anchors.len() < count {
         let (theta, start) = farthest(solver, &through, &mut candidates)?;
+        let (number, options) = (anchors.len() + 1, Options::default());
         let solved = match &start {
-            Some(near) => solver.solve_from(near, &theta, &Options::default()),
-            None => solver.solve(&theta, &Options::default()),
+            Some(near) => solver.solve_from(near, &theta, &options),
+            None => solver.solve(&theta, &options),
         };
-        let number = anchors.len() + 1;
         let solved = solved.map_err(|error| lacking(body, number, &theta, error.to_string()))?;
         anchors.push(anchor(solver, &theta, &solved.displacement, number)?);
         through = motions.clone().through(&anchors)?;
@@ -272,16 +269,15 @@ fn farthest(
     candidates: &mut Vec<Vec<f64>>,
 ) -> Result<(Vec<f64>, Option<Vec<f64>>)> {
     let (body, scaling) = (solver.body(), parameters::scaling(solver.body())?);
-    let place = |theta: &Vec<f64>| Ok(scaling.standardise(theta)?);
-    let places: Vec<Vec<f64>> = candidates.iter().map(place).collect::<Result<_>>()?;
+    let places = candidates.iter().map(|theta| scaling.standardise(theta));
+    let places: Vec<Vec<f64>> = places.collect::<std::result::Result<_, _>>()?;
     let variance = |x: &Vec<f64>| motions.anchors().map_or(Ok(1.0), |anchors| anchors.variance(x));
     let variances: Vec<f64> = places.iter().map(variance).collect::<std::result::Result<_, _>>()?;
     let mut order: Vec<usize> = (0..places.len()).collect();
     order.sort_by(|&a, &b| variances[b].total_cmp(&variances[a]));
     let scored = order.into_iter().take(PREDICTED).map(|index| {
         let predicted = motions.expansion_at(&places[index], body)?;
-        let squares =
-            predicted.as_chunks::<3>().0.iter().map(|u| u.iter().map(|u| u * u).sum::<f64>());
+        let squares = predicted.chunks_exact(3).map(|u| dot(u, u));
         Ok((variances[index] * squares.fold(0.0, f64::max), index, predicted))
     });
     let mut scored: Vec<(f64, usize, Vec<f64>)> = scored.collect::<Result<_>>()?;
@@ -297,9 +293,8 @@ fn farthest(
             best = Some((error, place, near));
         }
     }
-    let (_, place, near) = best.ok_or_else(|| {
-        Error::Refused("no answer was found; solve it from rest (sinew solve)".into())
-    })?;
+    let none = "no answer was found; solve it from rest (sinew solve)";
+    let (_, place, near) = best.ok_or_else(|| Error::Refused(none.into()))?;
     Ok((candidates.swap_remove(place), near))
 }
 

@@ -1,6 +1,7 @@
 //! Answers at many parameter sets: by Newton steps from predictions, by a regression of the answers so far, or by the
 //! solver.
 
+use crate::estimate::evaluate::difference;
 use crate::parameters::extrapolation;
 use crate::recipe::progress::{Counter, Observer};
 use crate::refine::defects::{Defect, corrected, place};
@@ -226,8 +227,7 @@ impl Found<'_> {
                 let near = corrected(&predicted, &place, known.iter().chain(&own));
                 let mut answer = self.stepped(solver, &near, theta, &mut stepping)?;
                 if let Ok(answer) = &mut answer {
-                    let pairs = answer.displacement.iter().zip(&predicted);
-                    own.push(Defect { place, field: pairs.map(|(u, p)| u - p).collect() });
+                    own.push(Defect { place, field: difference(&answer.displacement, &predicted) });
                     if answer.method != Method::Solver {
                         answer.method = guess.method;
                         answer.warnings.extend(extrapolation(self.body, theta));
@@ -308,9 +308,9 @@ impl Found<'_> {
             let predict = |theta: &Vec<f64>| Ok(regression.predict(theta)?);
             let guess = Guess { method: Method::Regression, predict: &predict, ..guess };
             self.confirm(&next, &guess, counter)?;
-            let (more_thetas, more_fields) = self.samples(&next);
-            thetas.extend(more_thetas);
-            fields.extend(more_fields);
+            let more = self.samples(&next);
+            thetas.extend(more.0);
+            fields.extend(more.1);
             let Ok(grown) = regression.refitted(&thetas, &fields) else { break };
             regression = grown;
         }
@@ -329,9 +329,9 @@ impl Found<'_> {
 
     /// Parameter sets and displacements of some answers.
     fn samples(&self, cases: &[usize]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
-        let answers = cases.iter().filter_map(|&case| match &self.answers[case] {
-            Some(Ok(answer)) => Some((self.thetas[case].clone(), answer.displacement.clone())),
-            _ => None,
+        let answers = cases.iter().filter_map(|&case| {
+            let answer = self.answers[case].as_ref()?.as_ref().ok()?;
+            Some((self.thetas[case].clone(), answer.displacement.clone()))
         });
         answers.unzip()
     }
@@ -339,8 +339,7 @@ impl Found<'_> {
     /// Solves the open sets, neighbours one after the other.
     fn solve(&mut self, counter: &mut Counter<'_>) -> Result<()> {
         for cases in self.open().chunks(AT_ONCE) {
-            let thetas = self.thetas(cases);
-            let solved = sweep(self.body, &thetas, &Options::default(), || ())?;
+            let solved = sweep(self.body, &self.thetas(cases), &Options::default(), || ())?;
             for (&case, solution) in cases.iter().zip(solved) {
                 self.answers[case] = Some(solution.map(Answer::from).map_err(Error::from));
             }

@@ -48,15 +48,11 @@ impl<'a> Block<'a> {
         folder: Option<(&Path, &'a Identity)>,
     ) -> Result<Self> {
         let store = folder.map(|(folder, body)| (folder.join(UNDER_WAY), body));
-        let earlier = match &store {
-            Some((folder, body)) => read(folder, body)?.map(|(_, found)| found),
-            None => None,
-        };
-        let now = Instant::now();
+        let earlier = store.as_ref().map_or(Ok(None), |(folder, body)| read(folder, body))?;
+        let (opened, stored) = (Instant::now(), Instant::now());
         let (found, jumped, cost) = (Vec::new(), Vec::new(), Duration::ZERO);
-        let (opened, stored) = (now, now);
         let mut block = Self { thetas, store, found, jumped, earlier_s: 0.0, opened, stored, cost };
-        if let Some(earlier) = earlier {
+        if let Some((_, earlier)) = earlier {
             block.go_on_from(earlier);
         }
         Ok(block)
@@ -82,9 +78,8 @@ impl<'a> Block<'a> {
             known.clone().count() < chain.len() && known.sum::<f64>() < REPEATED_S
         };
         let order = neighbours(self.thetas);
-        let repeated: Vec<usize> =
-            order.chunks(CHAIN).filter(is_short).flatten().copied().collect();
-        self.found.retain(|(place, _)| !repeated.contains(place));
+        let repeated: Vec<&usize> = order.chunks(CHAIN).filter(is_short).flatten().collect();
+        self.found.retain(|(place, _)| !repeated.contains(&place));
     }
 
     /// Samples that are found.
