@@ -9,11 +9,12 @@ pub(crate) mod terminal;
 
 pub use plain::{Regression, Taylor};
 
+use crate::error::require_usable;
 use crate::estimate::evaluate::TestSet;
 use crate::predict::Predictor;
 use crate::recipe::session::{Session, is_finished};
 use crate::store::record::Record;
-use crate::{Body, Calibration, Emulator, Error, Observer, Result, TrainingOptions};
+use crate::{Body, Calibration, Emulator, Observer, Result, TrainingOptions};
 use serde_json::Value;
 use std::fmt::Debug;
 
@@ -92,14 +93,13 @@ pub fn train_with<'b>(
     kinds: &[(&str, &crate::emulator::Load)],
 ) -> Result<Emulator<'b>> {
     recipe.check()?;
-    if options.anchors > 1 && !recipe.has_anchors() {
-        return Err(Error::Refused(format!(
-            "the recipe `{}` has no anchors, and {} were asked for; choose taylor or pi, or leave them out",
-            recipe.key(),
-            options.anchors
-        )));
-    }
-    let described = (recipe.key(), recipe.settings(), recipe.network());
+    let (key, anchors) = (recipe.key(), options.anchors);
+    require_usable(anchors < 2 || recipe.has_anchors(), || {
+        format!(
+            "the recipe `{key}` has no anchors, and {anchors} were asked for; choose taylor or pi, or leave them out"
+        )
+    })?;
+    let described = (key, recipe.settings(), recipe.network());
     let mut session = Session::begin(body, described, options, observer)?;
     if let Some(folder) = &options.folder
         && is_finished(folder)
@@ -107,7 +107,7 @@ pub fn train_with<'b>(
         return Emulator::load_with(&folder.join("emulator"), body, kinds);
     }
     let held_out = session.held_out()?;
-    let mut record = Record::new(recipe.key());
+    let mut record = Record::new(key);
     // Held-out cases are no part of what the recipe costs.
     session.simulate_s = 0.0;
     let predictor = recipe.predictor(&mut session, &held_out, &mut record)?;

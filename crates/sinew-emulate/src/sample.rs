@@ -94,13 +94,13 @@ pub fn share_of(parameter: &Parameter, value: f64) -> f64 {
 fn check(parameter: &Parameter) -> Result<()> {
     let [low, high] = parameter.range;
     let positive = parameter.sampling == Sampling::Linear || low > 0.0;
-    if low.is_finite() && high.is_finite() && low < high && positive {
-        return Ok(());
+    match low.is_finite() && high.is_finite() && low < high && positive {
+        true => Ok(()),
+        false => Err(Error::Samples(format!(
+            "parameter {} ranges from {low} to {high}: give a smaller and a larger finite value, both positive where samples are uniform in the logarithm",
+            parameter.name
+        ))),
     }
-    Err(Error::Samples(format!(
-        "parameter {} ranges from {low} to {high}: give a smaller and a larger finite value, both positive where samples are uniform in the logarithm",
-        parameter.name
-    )))
 }
 
 fn latin_hypercube(count: usize, axes: usize, seed: u64) -> Vec<Vec<f64>> {

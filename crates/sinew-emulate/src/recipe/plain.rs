@@ -92,8 +92,8 @@ impl Regression {
         // Fits, notes it in the record, and takes it if it is the best; its error.
         let mut fit = |session: &mut Session<'_, '_>, found: &Simulations| -> Result<f64> {
             let start = Instant::now();
-            let (fit, left_out) =
-                Regressed::fit(body, taylor.as_ref(), &found.thetas, &found.fields)?;
+            let (thetas, taylor) = (&found.thetas, taylor.as_ref());
+            let (fit, left_out) = Regressed::fit(body, taylor, thetas, &found.fields)?;
             let seconds = start.elapsed().as_secs_f64();
             record.train_s += seconds;
             let fields = held_out.thetas.iter().map(|theta| fit.at(body, theta));
@@ -132,14 +132,13 @@ impl Regression {
             let mut count = self.simulations.clamp(2, most.max(2)).min(most);
             let mut found = Simulations::default();
             loop {
-                let (tried, name) =
-                    (found.thetas.len() + found.failures.len(), format!("regression {count}"));
+                let tried = found.thetas.len() + found.failures.len();
+                let name = format!("regression {count}");
                 found.extend(session.simulate(&name, &thetas[tried..count])?);
                 let error = fit(session, &found)?;
-                let affordable = match session.options.budget {
-                    Budget::Seconds(budget) => 3.0 * session.simulate_s < budget,
-                    _ => true,
-                };
+                let spent = 3.0 * session.simulate_s;
+                let affordable =
+                    !matches!(session.options.budget, Budget::Seconds(budget) if spent >= budget);
                 if error <= self.target || count >= most || !affordable {
                     break;
                 }

@@ -64,10 +64,9 @@ impl Terminal {
 impl Observer for Terminal {
     fn progress(&mut self, progress: &Progress<'_>) -> ControlFlow<()> {
         let Progress { stage, fraction, seconds_left, message } = *progress;
-        let left = match seconds_left {
-            left if left.is_finite() => format!("{} left  ", duration(left)),
-            _ => String::new(),
-        };
+        let is_known = seconds_left.is_finite();
+        let left =
+            if is_known { format!("{} left  ", duration(seconds_left)) } else { String::new() };
         if std::io::stderr().is_terminal() {
             let bar = self.bar(stage);
             bar.set_position((fraction * LENGTH as f64) as u64);
@@ -76,9 +75,10 @@ impl Observer for Terminal {
             let percent = format!("{:.0} %", 100.0 * fraction);
             tell(format!("{stage:<28} {percent:>5}  {left}{message}").trim_end());
         }
-        match self.stop.load(Ordering::Relaxed) {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
+        if self.stop.load(Ordering::Relaxed) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
         }
     }
 
@@ -89,10 +89,8 @@ impl Observer for Terminal {
     }
 
     fn warning(&mut self, warning: &Warning) {
-        match &self.bar {
-            Some((_, bar)) => bar.suspend(|| tell(&format!("warning: {warning}"))),
-            None => tell(&format!("warning: {warning}")),
-        }
+        let tell = || tell(&format!("warning: {warning}"));
+        self.bar.as_ref().map_or_else(tell, |(_, bar)| bar.suspend(tell));
     }
 }
 

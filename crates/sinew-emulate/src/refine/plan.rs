@@ -201,9 +201,8 @@ impl<'b> Counted<'b> {
         counter: &mut Counter<'_>,
     ) -> Result<Option<Self>> {
         let (mut solver, options) = (Solver::new(body)?, Options::default());
-        let Some((displacement, centre)) = at_centre(&mut solver, emulator, counter)? else {
-            return Ok(None);
-        };
+        let solved = at_centre(&mut solver, emulator, counter)?;
+        let Some((centre, displacement)) = solved else { return Ok(None) };
         let Ok(near) = solver.solve_from(&displacement, theta, &options) else { return Ok(None) };
         let checked = solver.error_estimate(&near.displacement, theta)?;
         let step_s = checked.seconds / checked.newton_steps.max(1) as f64;
@@ -214,13 +213,13 @@ impl<'b> Counted<'b> {
     }
 }
 
-/// Displacement at the centre of the ranges and the Newton steps taken: from an emulator's prediction if steps from it
+/// Newton steps taken and displacement at the centre of the ranges: from an emulator's prediction if steps from it
 /// contract, else from rest. `None` if there is no equilibrium.
 fn at_centre(
     solver: &mut Solver<'_>,
     emulator: Option<&Emulator<'_>>,
     counter: &mut Counter<'_>,
-) -> Result<Option<(Vec<f64>, f64)>> {
+) -> Result<Option<(f64, Vec<f64>)>> {
     let centre = solver.body().centre();
     let mut steps = 0.0;
     if let Some(emulator) = emulator {
@@ -230,7 +229,7 @@ fn at_centre(
             let (found, taken) = confirmed(solver, &predicted.displacement, &centre, within)?;
             steps += taken as f64;
             if let Some(found) = found {
-                return Ok(Some((found.displacement, steps)));
+                return Ok(Some((steps, found.displacement)));
             }
         }
     }
@@ -238,9 +237,6 @@ fn at_centre(
     let mut watch = |state: &sinew_fem::Progress<'_>| {
         let _ = counter.within(|| state.in_words());
     };
-    let solved = solver.solve_watched(&centre, &Options::default(), &mut watch).ok();
-    Ok(solved.map(|solved| {
-        let steps = steps + solved.iterations() as f64;
-        (solved.displacement, steps)
-    }))
+    let solved = solver.solve_watched(&centre, &Options::default(), &mut watch);
+    Ok(solved.ok().map(|found| (steps + found.iterations() as f64, found.displacement)))
 }

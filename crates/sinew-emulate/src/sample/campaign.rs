@@ -1,6 +1,6 @@
 //! Simulations that outgrow one machine: solved in shards, by the tasks of a job array, merged into one set.
 
-use crate::error::at;
+use crate::error::{at, require_usable};
 use crate::recipe::progress::Observer;
 use crate::sample::block::UNDER_WAY;
 use crate::sample::simulate::{LOG, STORED, Simulations, simulate, store, stored};
@@ -57,11 +57,10 @@ impl Shard {
                 last = last.max(file.metadata().and_then(|file| file.modified()).ok());
             }
         }
-        Ok(match (read_json::<Seal>(&own.join(SEAL))?, last) {
-            (Some(seal), _) => match damaged(&seal, &own) {
-                Some(name) => ShardState::Damaged(name),
-                None => ShardState::Done { failed },
-            },
+        let sealed = read_json::<Seal>(&own.join(SEAL))?.map(|seal| damaged(&seal, &own));
+        Ok(match (sealed, last) {
+            (Some(Some(name)), _) => ShardState::Damaged(name),
+            (Some(None), _) => ShardState::Done { failed },
             (None, Some(last)) => {
                 ShardState::Begun { tried, failed, since: last.elapsed().unwrap_or_default() }
             }
@@ -158,20 +157,21 @@ pub fn merge(body: &Body, thetas: &[Vec<f64>], of: usize, folder: &Path) -> Resu
             continue;
         }
         if !samples.is_empty() {
-            match stored(&own, &identity, samples)? {
-                (tried, found) if tried == samples.len() => merged.extend(found),
-                _ => return Err(Error::OtherSamples { folder: own }),
+            let (tried, found) = stored(&own, &identity, samples)?;
+            if tried != samples.len() {
+                return Err(Error::OtherSamples { folder: own });
             }
+            merged.extend(found);
         }
         tried += samples.len();
     }
-    if !missing.is_empty() || of == 0 {
-        let missing = missing.join(", ");
-        return Err(Error::Refused(format!(
-            "{} lacks the shards {missing}; solve them, then merge",
-            folder.display()
-        )));
-    }
+    require_usable(missing.is_empty() && of > 0, || {
+        format!(
+            "{} lacks the shards {}; solve them, then merge",
+            folder.display(),
+            missing.join(", ")
+        )
+    })?;
     store(folder, &identity, tried, &merged)?;
     Ok(merged)
 }
@@ -297,9 +297,9 @@ impl FromStr for Shard {
     /// # Ok::<(), String>(())
     /// ```
     fn from_str(text: &str) -> Result<Self, String> {
-        let numbers =
-            text.split_once('/').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
-        numbers.and_then(|(index, of)| Self::new(index, of)).ok_or_else(|| {
+        let numbers = text.split_once('/');
+        let shard = numbers.and_then(|(a, b)| Self::new(a.parse().ok()?, b.parse().ok()?));
+        shard.ok_or_else(|| {
             format!("`{text}` is not a shard; write INDEX/COUNT counted from 1, such as 3/16")
         })
     }

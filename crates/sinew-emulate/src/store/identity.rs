@@ -36,11 +36,6 @@ pub(crate) struct Axis {
     pub(crate) logarithmic: bool,
 }
 
-/// Parameters of a body, in the order of θ.
-fn axes(body: &Body) -> Vec<Axis> {
-    body.parameters.iter().map(|p| axis(p, p.unit.of_scene(&body.units))).collect()
-}
-
 /// A parameter whose range is in a unit.
 pub(crate) fn axis(p: &Parameter, unit: &str) -> Axis {
     let logarithmic = p.sampling == Sampling::Log;
@@ -62,12 +57,13 @@ pub(crate) fn of(body: &Body) -> Identity {
     let held = |(i, prescribed): (usize, &Option<f64>)| {
         prescribed.map(|u| body.frames.component(i, &probe) / step * (1.0 + u / size))
     };
+    let parameters = body.parameters.iter().map(|p| axis(p, p.unit.of_scene(&body.units)));
     Identity {
         nodes: body.nodes,
         cells: body.cell_count(),
         unknowns: body.free_degrees_of_freedom().len(),
         units: [body.units.length.clone(), body.units.stress.clone()],
-        parameters: axes(body),
+        parameters: parameters.collect(),
         known: body.known.clone(),
         size,
         held: body.prescribed.iter().enumerate().filter_map(held).sum(),
@@ -109,8 +105,5 @@ pub(crate) fn listed(parameters: &[Axis]) -> String {
         let scale = if *logarithmic { "logarithmic" } else { "linear" };
         format!("{name} from {low} to {high} {unit} ({scale})")
     };
-    match parameters {
-        [] => "none".into(),
-        some => some.iter().map(one).collect::<Vec<_>>().join(", "),
-    }
+    parameters.iter().map(one).reduce(|all, next| all + ", " + &next).unwrap_or("none".into())
 }
