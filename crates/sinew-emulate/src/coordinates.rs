@@ -40,7 +40,7 @@ mod scaling;
 mod split;
 mod tree;
 
-pub(crate) use error::Result;
+pub(crate) use error::{Result, ensure};
 pub(crate) use motions::{of_eigenvalues, rigid_motions};
 pub(crate) use polynomial::{Polynomial, expansion, terms};
 pub(crate) use tree::{Number, cluster_centres, cluster_counts};

@@ -1,5 +1,6 @@
 //! A trained emulator of one body: prediction, storage.
 
+use crate::error::ensure;
 use crate::parameters::{check_body, check_length, extrapolation, require_finite};
 use crate::predict::Predictor;
 use crate::predict::regressed::{self, Regressed};
@@ -209,15 +210,13 @@ impl<'b> Emulator<'b> {
     /// As [`Emulator::load`].
     pub fn load_with(folder: &Path, body: &'b Body, kinds: &[(&str, &Load)]) -> Result<Self> {
         let file = folder.join(DESCRIPTION);
-        if !file.exists() && !folder.join(SEAL).exists() {
-            return Err(Error::NoEmulator { folder: folder.into() });
-        }
+        let exists = file.exists() || folder.join(SEAL).exists();
+        ensure(exists, Error::NoEmulator { folder: folder.into() })?;
         let sealed = check_seal(folder)?;
         let Description { version, model, body: stored, record } =
             read_json(&file)?.ok_or_else(|| Error::NoEmulator { folder: folder.into() })?;
-        if version != VERSION {
-            return Err(content(&file, &format!("version {version} for {VERSION}")));
-        }
+        let other = content(&file, &format!("version {version} for {VERSION}"));
+        ensure(version == VERSION, other)?;
         if let Some((what, stored, found)) = identity::difference(&stored, &identity::of(body)) {
             return Err(Error::Refused(format!(
                 "the emulator in {} was trained for another body: {what} was {stored} and is {found}; load it with the mesh, law, loads and supports that it was trained for",

@@ -1,5 +1,7 @@
 //! Errors and warnings of training, storage and prediction, with numbers and advice.
 
+pub(crate) use crate::coordinates::ensure;
+
 use serde::{Deserialize, Serialize};
 use sinew_energy::Unit;
 use std::path::{Path, PathBuf};
@@ -14,7 +16,7 @@ pub(crate) fn require(
     value: f64,
     advice: &'static str,
 ) -> Result<()> {
-    if makes_sense { Ok(()) } else { Err(Error::Setting { what, value, advice }) }
+    ensure(makes_sense, Error::Setting { what, value, advice })
 }
 
 /// Requires that something can be used; `reason` says why it cannot.

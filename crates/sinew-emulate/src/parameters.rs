@@ -1,7 +1,7 @@
 //! Parameters of a body as emulators see them.
 
 use crate::coordinates::{ParameterRange, ParameterScaling};
-use crate::error::require_usable;
+use crate::error::{ensure, require_usable};
 use crate::sample::share_of;
 use crate::{Body, Error, Result, Warning};
 use sinew_energy::Parameter;
@@ -53,9 +53,7 @@ pub(crate) fn check_length(body: &Body, theta: &[f64]) -> Result<()> {
 
 /// Requires a parameter to emulate over, and a potential by which emulators learn and answers are refined.
 pub(crate) fn check_body(body: &Body) -> Result<()> {
-    if !body.has_potential() {
-        return Err(SolveError::NoPotential.into());
-    }
+    ensure(body.has_potential(), SolveError::NoPotential)?;
     require_usable(!body.parameters.is_empty(), || {
         let known = body.known.iter().map(|(name, value)| format!("{name} = {value}"));
         let known = known.reduce(|all, next| all + ", " + &next);

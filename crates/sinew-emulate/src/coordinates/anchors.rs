@@ -1,8 +1,8 @@
 //! Interpolation between solved states with their derivatives, and motions that go through them.
 
 use crate::coordinates::{
-    Anchor, CoordinateError, Motions, Result, all_terms, packed, require_count, require_finite,
-    terms,
+    Anchor, CoordinateError, Motions, Result, all_terms, ensure, packed, require_count,
+    require_finite, terms,
 };
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 use serde::{Deserialize, Serialize};
@@ -45,9 +45,8 @@ impl Anchors {
         fields: &[Vec<Vec<f64>>],
         curvature: &DMatrix<f64>,
     ) -> Result<Self> {
-        if (1..at.len()).any(|i| at[..i].contains(&at[i])) {
-            return Err(CoordinateError::None("two anchors are at the same parameters"));
-        }
+        let apart = (1..at.len()).all(|i| !at[..i].contains(&at[i]));
+        ensure(apart, CoordinateError::None("two anchors are at the same parameters"))?;
         let [root, back] = roots(curvature)?;
         let orders = orders(root.ncols());
         let fields: Vec<Vec<f64>> = fields.iter().flat_map(|given| turned(given, &back)).collect();
@@ -102,9 +101,7 @@ impl Anchors {
     /// Other parameters than those of the anchors, or none.
     pub fn at_parameters(&self, rows: &[f64], along: Option<&[f64]>) -> Result<Vec<f64>> {
         let count = self.map.ncols();
-        if rows.is_empty() {
-            return Err(CoordinateError::None("anchors need parameters"));
-        }
+        ensure(!rows.is_empty(), CoordinateError::None("anchors need parameters"))?;
         require_count("entries of directions", along.unwrap_or(rows).len(), rows.len())?;
         let rows = rows.chunks(count.max(1)).enumerate().map(|(row, x)| {
             self.covariances(x, along.map(|along| &along[row * count..(row + 1) * count]))

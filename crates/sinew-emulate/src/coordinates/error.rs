@@ -51,12 +51,17 @@ pub enum CoordinateError {
 /// Result with this crate's [`CoordinateError`].
 pub(crate) type Result<T, E = CoordinateError> = std::result::Result<T, E>;
 
+/// Requires that something holds.
+pub(crate) fn ensure<E>(holds: bool, error: E) -> Result<(), E> {
+    if holds { Ok(()) } else { Err(error) }
+}
+
 /// Requires `found == expected`.
 ///
 /// # Errors
 /// [`CoordinateError::Count`].
 pub fn require_count(what: &'static str, found: usize, expected: usize) -> Result<()> {
-    if found == expected { Ok(()) } else { Err(CoordinateError::Count { what, found, expected }) }
+    ensure(found == expected, CoordinateError::Count { what, found, expected })
 }
 
 /// Requires every value to be finite.
@@ -76,6 +81,5 @@ pub fn require_finite<T: Copy + Into<f64>>(what: &'static str, values: &[T]) -> 
 /// # Errors
 /// [`CoordinateError::Scale`].
 pub fn require_positive(what: &'static str, value: f64) -> Result<()> {
-    let positive = value.is_finite() && value > 0.0;
-    if positive { Ok(()) } else { Err(CoordinateError::Scale { what, value }) }
+    ensure(value.is_finite() && value > 0.0, CoordinateError::Scale { what, value })
 }

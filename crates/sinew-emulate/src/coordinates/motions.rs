@@ -7,7 +7,8 @@ pub(crate) use costs::{of_eigenvalues, rigid_motions};
 use crate::coordinates::packed::{doubles, read_doubles};
 use crate::coordinates::{
     Anchors, CoordinateError, Dirichlet, MotionTree, Result, all_terms, check_terms,
-    cluster_centres, cluster_counts, expansion, require_count, require_finite, require_positive,
+    cluster_centres, cluster_counts, ensure, expansion, require_count, require_finite,
+    require_positive,
 };
 use costs::{Costs, inverse_root};
 use serde::{Deserialize, Serialize};
@@ -331,9 +332,8 @@ impl TryFrom<Packed> for Motions {
         let (nodes, clusters) = (packed.node_parents.len(), packed.cluster_parents.len());
         let known = packed.node_parents.iter().all(|&parent| parent < clusters);
         let mut parents = packed.cluster_parents.iter().enumerate();
-        if !known || !parents.all(|(k, p)| p.is_none_or(|p| p > k && p < clusters)) {
-            return Err("clusters of the outputs do not form a tree".into());
-        }
+        let above = parents.all(|(k, p)| p.is_none_or(|p| p > k && p < clusters));
+        ensure(known && above, "clusters of the outputs do not form a tree")?;
         let tree = MotionTree {
             positions: read_doubles(&packed.positions, 3 * nodes)?.as_chunks().0.to_vec(),
             centres: read_doubles(&packed.centres, 3 * clusters)?.as_chunks().0.to_vec(),
@@ -347,12 +347,11 @@ impl TryFrom<Packed> for Motions {
             packed.slopes.iter().map(|slope| read_doubles(slope, 6 * clusters + 3 * nodes));
         let slopes: Arc<[Vec<f64>]> = slopes.collect::<Result<_, _>>()?;
         let rates: Arc<[f64]> = packed.rates.into();
-        if !rates.is_empty() && rates.len() + 1 != slopes.len() {
-            return Err("the amplitude of the outputs has other terms than they".into());
-        }
-        if packed.anchors.as_ref().is_some_and(|anchors| anchors.length() != origin.len()) {
-            return Err("the anchors of the outputs have other nodes than they".into());
-        }
+        let same_terms = rates.is_empty() || rates.len() + 1 == slopes.len();
+        ensure(same_terms, "the amplitude of the outputs has other terms than they")?;
+        let anchors = packed.anchors.as_ref();
+        let same_nodes = anchors.is_none_or(|anchors| anchors.length() == origin.len());
+        ensure(same_nodes, "the anchors of the outputs have other nodes than they")?;
         let (unknowns, anchors) = (packed.unknowns, packed.anchors.map(Arc::new));
         Ok(Self { origin, unknowns, tree: tree.into(), slopes, rates, anchors })
     }

@@ -1,7 +1,7 @@
 //! The directions in which simulations differ.
 
 use crate::coordinates::{
-    CoordinateError, Polynomial, Result, packed, require_count, require_finite,
+    CoordinateError, Polynomial, Result, ensure, packed, require_count, require_finite,
 };
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -96,9 +96,7 @@ impl PrincipalDirections {
     ) -> Result<Self> {
         let fields: Vec<&[f64]> = fields.into_iter().collect();
         let (count, size) = (fields.len(), fields.first().map_or(0, |field| field.len()));
-        if count < 2 || size == 0 {
-            return Err(CoordinateError::None(NO_DIRECTIONS));
-        }
+        ensure(count >= 2 && size > 0, CoordinateError::None(NO_DIRECTIONS))?;
         for field in &fields {
             require_count("values of a simulated displacement", field.len(), size)?;
             require_finite("a simulated displacement", field)?;
@@ -113,9 +111,7 @@ impl PrincipalDirections {
         let mean: Vec<f64> = (0..size).map(mean).collect();
         let spread = DMatrix::from_fn(size, count, |i, j| fields[j][i] - mean[i]);
         let (modes, deviations) = decomposed(spread.clone())?;
-        if deviations[0] == 0.0 {
-            return Err(CoordinateError::None(NO_DIRECTIONS));
-        }
+        ensure(deviations[0] != 0.0, CoordinateError::None(NO_DIRECTIONS))?;
         // All that follows happens in the space of the simulations.
         let floor = SMALLEST_DEVIATION * deviations[0];
         let kept = deviations.iter().take_while(|&&deviation| deviation > floor).count();

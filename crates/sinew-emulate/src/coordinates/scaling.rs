@@ -1,7 +1,7 @@
 //! Normalisation of parameters and displacements.
 
 use crate::coordinates::{
-    CoordinateError, Result, require_count, require_finite, require_positive,
+    CoordinateError, Result, ensure, require_count, require_finite, require_positive,
 };
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Parameter, Sampling};
@@ -47,9 +47,7 @@ impl ParameterScaling {
             let ParameterRange { lower, upper, .. } = *range;
             require_finite("parameter range", &[lower, upper])?;
             range.require_positive(parameter, lower)?;
-            if lower >= upper {
-                return Err(CoordinateError::EmptyRange { parameter, lower, upper });
-            }
+            ensure(lower < upper, CoordinateError::EmptyRange { parameter, lower, upper })?;
         }
         Ok(Self { ranges })
     }
@@ -108,16 +106,9 @@ impl ParameterScaling {
     pub fn require_inside(&self, sample: usize, theta: &[f64]) -> Result<()> {
         self.standardise(theta)?;
         for (parameter, (&value, range)) in theta.iter().zip(&self.ranges).enumerate() {
-            if !range.contains(value) {
-                let ParameterRange { lower, upper, .. } = *range;
-                return Err(CoordinateError::OutsideRange {
-                    sample,
-                    parameter,
-                    value,
-                    lower,
-                    upper,
-                });
-            }
+            let ParameterRange { lower, upper, .. } = *range;
+            let error = CoordinateError::OutsideRange { sample, parameter, value, lower, upper };
+            ensure(range.contains(value), error)?;
         }
         Ok(())
     }
@@ -162,10 +153,8 @@ impl ParameterRange {
 
     /// Requires a value that its scale has a place for.
     fn require_positive(&self, parameter: usize, value: f64) -> Result<()> {
-        match self.scale == Sampling::Log && value <= 0.0 {
-            true => Err(CoordinateError::LogOfNonPositive { parameter, value }),
-            false => Ok(()),
-        }
+        let has_place = self.scale == Sampling::Linear || value > 0.0;
+        ensure(has_place, CoordinateError::LogOfNonPositive { parameter, value })
     }
 
     fn scaled(&self, value: f64) -> f64 {

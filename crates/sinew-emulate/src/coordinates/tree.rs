@@ -1,6 +1,6 @@
 //! Nested clusters of nodes: their rigid motions, composed from the whole body down to its nodes, and their rotations with derivatives.
 
-use crate::coordinates::{CoordinateError, Result, require_count};
+use crate::coordinates::{CoordinateError, Result, ensure, require_count};
 use sinew_num::{Mat3, Scalar, Slope, add3, ascending};
 
 /// A body whose nodes belong to clusters, which belong to larger clusters, and so on up to one or several roots.
@@ -345,12 +345,8 @@ pub(crate) fn cluster_counts(clusters: &[Vec<usize>], nodes: usize) -> Result<Ve
         require_count("leaves of clusters", layer.len(), leaves)?;
         let used = ascending(layer.iter().copied());
         let count = used.last().map_or(0, |last| last + 1);
-        if count > leaves {
-            return Err(CoordinateError::None("more clusters than leaves"));
-        }
-        if used.len() < count {
-            return Err(CoordinateError::None("a cluster without leaves"));
-        }
+        ensure(count <= leaves, CoordinateError::None("more clusters than leaves"))?;
+        ensure(used.len() == count, CoordinateError::None("a cluster without leaves"))?;
         leaves = count;
         Ok(count)
     };

@@ -1,5 +1,6 @@
 //! Errors over test cases, thesis (3.22) and (3.24).
 
+use crate::error::ensure;
 use crate::sample::simulate::Simulations;
 use crate::{Body, Error, Result};
 use rayon::prelude::*;
@@ -139,9 +140,8 @@ impl<'b> TestSet<'b> {
         let (found, expected) = (fields.len(), self.thetas.len());
         let length = self.body.prescribed.len();
         let fits = |field: &Vec<f64>| field.len() == length && field.iter().all(|u| u.is_finite());
-        if found != expected || !fields.iter().all(fits) {
-            return Err(misfits(found, expected, length));
-        }
+        let all_fit = found == expected && fields.iter().all(fits);
+        ensure(all_fit, misfits(found, expected, length))?;
         let guarded = self.body.clone().with_barriers(Barriers::default());
         let free = self.body.free_nodes();
         let case = |case: usize| self.case(&guarded, case, &fields[case], &free);

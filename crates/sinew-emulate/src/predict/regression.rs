@@ -18,6 +18,7 @@ mod process;
 pub use interpolation::Interpolation;
 pub(crate) use process::{Conditional, Step, folds, steps};
 
+use crate::error::ensure;
 use crate::sample::share_of;
 use crate::store::{content, read_json, read_table, write_json, write_table};
 use crate::{Error, RegressionError};
@@ -218,18 +219,13 @@ fn input(share: f64) -> f64 {
 }
 
 pub(crate) fn check_samples((parameters, thetas, fields): Samples<'_>) -> Result<()> {
-    if thetas.len() != fields.len() {
-        return Err(RegressionError::SampleCount { thetas: thetas.len(), fields: fields.len() });
-    }
-    if thetas.len() < 2 {
-        return Err(RegressionError::TooFewSamples { found: thetas.len() });
-    }
+    let (found, count) = (thetas.len(), fields.len());
+    ensure(found == count, RegressionError::SampleCount { thetas: found, fields: count })?;
+    ensure(found >= 2, RegressionError::TooFewSamples { found })?;
     for (sample, (theta, field)) in thetas.iter().zip(fields).enumerate() {
         check_theta(sample, parameters, theta)?;
         let (what, expected, found) = ("field values", fields[0].len().max(1), field.len());
-        if found != expected {
-            return Err(RegressionError::Length { what, sample, expected, found });
-        }
+        ensure(found == expected, RegressionError::Length { what, sample, expected, found })?;
         if let Some(index) = field.iter().position(|value| !value.is_finite()) {
             return Err(RegressionError::Field { sample, index, value: field[index] });
         }
@@ -239,9 +235,7 @@ pub(crate) fn check_samples((parameters, thetas, fields): Samples<'_>) -> Result
 
 fn check_theta(sample: usize, parameters: &[Parameter], theta: &[f64]) -> Result<()> {
     let (what, expected, found) = ("parameters", parameters.len(), theta.len());
-    if found != expected {
-        return Err(RegressionError::Length { what, sample, expected, found });
-    }
+    ensure(found == expected, RegressionError::Length { what, sample, expected, found })?;
     let mut pairs = parameters.iter().zip(theta);
     match pairs.find(|(p, value)| !share_of(p, **value).is_finite()) {
         None => Ok(()),
@@ -261,9 +255,7 @@ fn decompose(snapshots: &DMatrix<f64>) -> Result<(DVector<f64>, [DMatrix<f64>; 2
         length: snapshots.nrows(),
         largest: snapshots.amax(),
     };
-    if !centred.norm_squared().is_finite() {
-        return Err(failed());
-    }
+    ensure(centred.norm_squared().is_finite(), failed())?;
     // nalgebra's own accuracy, and more sweeps than any matrix needs instead of no bound.
     let svd = centred.clone().try_svd(true, false, 5.0 * f64::EPSILON, 10_000);
     let svd = svd.ok_or_else(failed)?;
@@ -312,9 +304,8 @@ impl PodRegression {
         let rows = read_table(&table)?;
         let length = rows.first().map_or(0, Vec::len);
         let modes = rows.len().saturating_sub(1);
-        if length == 0 || fitted.weights.ncols() != modes {
-            return Err(content(&table, &"it does not hold one mode per column of weights"));
-        }
+        let fault = content(&table, &"it does not hold one mode per column of weights");
+        ensure(length > 0 && fitted.weights.ncols() == modes, fault)?;
         Ok(Self {
             mean: DVector::from_column_slice(&rows[0]),
             modes: DMatrix::from_fn(length, modes, |i, j| rows[1 + j][i]),

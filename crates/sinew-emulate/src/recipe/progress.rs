@@ -1,5 +1,6 @@
 //! Progress of a run.
 
+use crate::error::ensure;
 use crate::{Error, Result, Warning};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -82,7 +83,7 @@ impl<'a> Counter<'a> {
 
     /// Requires that the observer has not broken.
     pub(crate) fn check(&self) -> Result<()> {
-        if self.broken { Err(Error::Interrupted { stage: self.stage.into() }) } else { Ok(()) }
+        ensure(!self.broken, Error::Interrupted { stage: self.stage.into() })
     }
 
     fn tell(&mut self, message: &str) -> ControlFlow<()> {

@@ -1,6 +1,6 @@
 //! Simulations that outgrow one machine: solved in shards, by the tasks of a job array, merged into one set.
 
-use crate::error::{at, require_usable};
+use crate::error::{at, ensure, require_usable};
 use crate::recipe::progress::Observer;
 use crate::sample::block::UNDER_WAY;
 use crate::sample::simulate::{LOG, STORED, Simulations, simulate, store, stored};
@@ -149,18 +149,15 @@ pub fn merge(body: &Body, thetas: &[Vec<f64>], of: usize, folder: &Path) -> Resu
             missing.push(shard.to_string());
             continue;
         };
-        if seal.shard != shard || seal.samples != samples.len() {
-            return Err(Error::OtherSamples { folder: own });
-        }
+        let same = seal.shard == shard && seal.samples == samples.len();
+        ensure(same, Error::OtherSamples { folder: own.clone() })?;
         if let Some(name) = damaged(&seal, &own) {
             missing.push(format!("{shard} ({name} changed since it was solved)"));
             continue;
         }
         if !samples.is_empty() {
             let (tried, found) = stored(&own, &identity, samples)?;
-            if tried != samples.len() {
-                return Err(Error::OtherSamples { folder: own });
-            }
+            ensure(tried == samples.len(), Error::OtherSamples { folder: own })?;
             merged.extend(found);
         }
         tried += samples.len();

@@ -1,6 +1,6 @@
 //! Finite-element solutions that emulators learn from and are judged by.
 
-use crate::error::require_usable;
+use crate::error::{ensure, require_usable};
 use crate::parameters::in_words;
 use crate::recipe::progress::{Counter, Observer};
 use crate::sample::block::Block;
@@ -276,9 +276,8 @@ pub(crate) fn read(folder: &Path, body: &Identity) -> Result<Option<(usize, Simu
         })?;
     }
     let Log { body: stored, tried, failures, branched, seconds, solve_seconds, .. } = log;
-    if identity::difference(&stored, body).is_some() {
-        return Err(Error::OtherSamples { folder: folder.into() });
-    }
+    let same = identity::difference(&stored, body).is_none();
+    ensure(same, Error::OtherSamples { folder: folder.into() })?;
     let empty = Simulations::default();
     let found = Simulations { thetas, fields, failures, branched, seconds, solve_seconds, ..empty };
     Ok(Some((tried, found)))
@@ -305,9 +304,7 @@ pub(crate) fn stored(
     let expected = thetas.iter().take(tried).filter(|theta| !failed(theta));
     let same = expected.clone().count() == found.thetas.len()
         && expected.zip(&found.thetas).all(|(a, b)| alike(a, b));
-    if tried > thetas.len() || !same {
-        return Err(Error::OtherSamples { folder: folder.into() });
-    }
+    ensure(tried <= thetas.len() && same, Error::OtherSamples { folder: folder.into() })?;
     Ok((tried, found))
 }
 
