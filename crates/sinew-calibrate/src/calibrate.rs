@@ -201,14 +201,10 @@ fn fit(
     let heights: Vec<f64> = answers.iter().map(|(t, o)| log_posterior(t, o)).collect();
     let best = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let unit = 2.0 * (problem.unknowns.len() as f64 + 4.0);
-    let samples: Vec<_> = answers
-        .iter()
-        .zip(&heights)
-        .map(|((theta, observed), height)| {
-            let weight = 1.0 / (1.0 + 2.0 * (best - height) / unit);
-            problem.sample(theta, observed, weight)
-        })
-        .collect();
+    let weight = |height: &f64| 1.0 / (1.0 + 2.0 * (best - height) / unit);
+    let samples = answers.iter().zip(&heights);
+    let samples: Vec<_> =
+        samples.map(|((t, o), height)| problem.sample(t, o, weight(height))).collect();
     Polynomial::fit(&samples, &lengths(problem, about), degree)
 }
 
@@ -248,9 +244,8 @@ fn check_reach(problem: &Problem, solves: &Solves, mode: &Mode) -> Result<()> {
     let answers = solves.answers();
     for (datum, misfit) in problem.data.iter().zip(&mode.misfits) {
         let values = answers.iter().map(|(_, observed)| observed.values[datum.observable]);
-        let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
-            [low.min(value), high.max(value)]
-        });
+        let low = values.clone().fold(f64::INFINITY, f64::min);
+        let high = values.fold(f64::NEG_INFINITY, f64::max);
         let below = datum.value + OUT_OF_REACH * datum.error() < low;
         let above = datum.value - OUT_OF_REACH * datum.error() > high;
         if misfit.abs() < OUT_OF_REACH || !(below || above) {

@@ -77,15 +77,13 @@ impl Identifiability {
         let mut order: Vec<usize> = (0..count).collect();
         order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
         let spectrum: Vec<f64> = order.iter().map(|&at| eigen.eigenvalues[at].max(0.0)).collect();
-        let directions: Vec<Vec<f64>> = order
-            .iter()
-            .map(|&at| {
-                let column = eigen.eigenvectors.column(at);
-                // The sign is that of the largest entry.
-                let sign = column[column.iamax()].signum();
-                column.iter().map(|x| sign * x).collect()
-            })
-            .collect();
+        let direction = |&at: &usize| -> Vec<f64> {
+            let column = eigen.eigenvectors.column(at);
+            // The sign is that of the largest entry.
+            let sign = column[column.iamax()].signum();
+            column.iter().map(|x| sign * x).collect()
+        };
+        let directions: Vec<Vec<f64>> = order.iter().map(direction).collect();
         let variance = |parameter: usize| -> f64 {
             let pairs = spectrum.iter().zip(&directions);
             pairs.map(|(value, direction)| direction[parameter].powi(2) / (1.0 + value)).sum()

@@ -67,9 +67,8 @@ impl Posterior {
     /// Names with units of what was drawn: parameters, then factors of inferred noise.
     pub fn heads(&self) -> Vec<String> {
         let unknowns = self.problem.unknowns.iter().map(|unknown| unknown.head());
-        unknowns
-            .chain(self.problem.inferred_kinds().map(|kind| format!("noise factor of {kind}")))
-            .collect()
+        let kinds = self.problem.inferred_kinds().map(|kind| format!("noise factor of {kind}"));
+        unknowns.chain(kinds).collect()
     }
 
     /// Draws of one parameter or factor in the unit that people read, by chain.

@@ -120,12 +120,8 @@ impl Problem {
         if observed.jacobian.is_empty() {
             return None;
         }
-        let slope: Vec<f64> = self
-            .unknowns
-            .iter()
-            .enumerate()
-            .map(|(at, unknown)| theta[at] * unknown.prior.logarithm(y[at])[1])
-            .collect();
+        let slope = |at: usize| theta[at] * self.unknowns[at].prior.logarithm(y[at])[1];
+        let slope: Vec<f64> = (0..self.unknowns.len()).map(slope).collect();
         Some(DMatrix::from_fn(self.data.len(), self.unknowns.len(), |row, at| {
             let datum = &self.data[row];
             let value = observed.values[datum.observable];

@@ -62,10 +62,8 @@ impl<'f> Solves<'f> {
         let file = file.read(true).write(true).create(true).truncate(false).open(path);
         let mut file = file.map_err(wrong)?;
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
-            return Err(store(
-                "another run keeps its solves here; wait for its end, or name another folder"
-                    .into(),
-            ));
+            let advice = "wait for its end, or name another folder";
+            return Err(store(format!("another run keeps its solves here; {advice}")));
         }
         let mut bytes = Vec::new();
         if resume {
@@ -76,10 +74,8 @@ impl<'f> Solves<'f> {
         let text = String::from_utf8_lossy(&bytes);
         let mut lines = text.lines();
         if lines.next().is_some_and(|first| first != identity) {
-            return Err(store(
-                "these are solves of another patient, body or settings; --restart starts anew"
-                    .into(),
-            ));
+            let other = "another patient, body or settings";
+            return Err(store(format!("these are solves of {other}; --restart starts anew")));
         }
         let shape = (self.forward.parameters(), self.forward.observables());
         self.found.extend(lines.filter_map(|line| read(line, shape)));

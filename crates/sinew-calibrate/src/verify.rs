@@ -117,21 +117,17 @@ fn pick(ratios: &[f64], uniform: f64) -> usize {
 
 /// Pareto k̂, and 0 where the weights hardly differ.
 fn k_hat(ratios: &[f64]) -> f64 {
-    let ends = ratios
-        .iter()
-        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], r| [low.min(*r), high.max(*r)]);
-    if ends[1] - ends[0] < EQUAL { 0.0 } else { psis(ratios, 1.0).k_hat }
+    let least = ratios.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = ratios.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if most - least < EQUAL { 0.0 } else { psis(ratios, 1.0).k_hat }
 }
 
 fn largest_error(target: &Target, draws: &Chains, found: &[Option<Observed>]) -> (f64, usize) {
-    let errors: Vec<Vec<f64>> = draws
-        .pooled()
-        .zip(found)
-        .filter_map(|(y, observed)| {
-            let error = target.problem.scaled(&observed.as_ref()?.values) - target.predicted(y);
-            Some(error.iter().map(|e| e.abs()).collect())
-        })
-        .collect();
+    let errors = |(y, observed): (&Vec<f64>, &Option<Observed>)| {
+        let error = target.problem.scaled(&observed.as_ref()?.values) - target.predicted(y);
+        Some(error.abs())
+    };
+    let errors: Vec<_> = draws.pooled().zip(found).filter_map(errors).collect();
     let of = |datum: usize| {
         quantile(&errors.iter().map(|draw| draw[datum]).collect::<Vec<_>>(), ERROR_SHARE)
     };

@@ -140,13 +140,10 @@ impl Fit {
         let exponents = degrees.find(|exponents| exponents.len() as f64 <= most)?;
         let ways: Vec<_> = solved.iter().map(|other| centre.ways(&other.theta)).collect();
         let square = |at: usize| ways.iter().map(|way| way[at] * way[at]).sum::<f64>();
-        let lengths: Vec<f64> =
-            (0..parameters).map(|at| (square(at) / count).sqrt().max(1e-9)).collect();
+        let length = |at: usize| (square(at) / count).sqrt().max(1e-9);
+        let lengths: Vec<f64> = (0..parameters).map(length).collect();
         let ones = vec![1.0; parameters];
-        let rows = ways.iter().flat_map(|way| {
-            let x: Vec<f64> = way.iter().zip(&lengths).map(|(way, length)| way / length).collect();
-            equations(&x, &ones, &exponents)
-        });
+        let rows = ways.iter().flat_map(|way| equations(&over(way, &lengths), &ones, &exponents));
         let rows: Vec<_> = rows.collect();
         let matrix = DMatrix::from_fn(rows.len(), exponents.len(), |i, j| rows[i][j]);
         let mut normal = matrix.tr_mul(&matrix);
@@ -156,8 +153,12 @@ impl Fit {
     }
 
     fn weights_at(&self, ways: &[f64]) -> DVector<f64> {
-        let x: Vec<f64> =
-            ways.iter().zip(&self.lengths).map(|(way, length)| way / length).collect();
+        let x = over(ways, &self.lengths);
         &self.weights * DVector::from_vec(equations(&x, &[], &self.exponents).remove(0))
     }
+}
+
+/// Quotients, entry by entry.
+fn over(ways: &[f64], lengths: &[f64]) -> Vec<f64> {
+    ways.iter().zip(lengths).map(|(way, length)| way / length).collect()
 }

@@ -13,7 +13,7 @@ use crate::coordinates::{
 use costs::{Costs, inverse_root};
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Body, Stiffness};
-use sinew_num::add3;
+use sinew_num::{add3, dot};
 use std::sync::Arc;
 
 /// Outputs at every scale: each virtual node moves the nodes below it as a rigid body, and each node adds its own
@@ -141,12 +141,10 @@ impl Motions {
         body: &Body,
     ) -> Result<Self> {
         require_count("changes to second order", changes.len(), all_terms(parameters))?;
-        let dot = |change: &[f64]| -> f64 {
-            self.origin.iter().zip(change).map(|(u, change)| u * change).sum()
-        };
-        let size = dot(&self.origin);
+        let size = dot(&self.origin, &self.origin);
         require_positive("the displacement that an amplitude multiplies", size)?;
-        let parts: Vec<f64> = changes.iter().map(|change| dot(change) / size).collect();
+        let parts: Vec<f64> =
+            changes.iter().map(|change| dot(&self.origin, change) / size).collect();
         let rest: Vec<f64> = self.origin.iter().map(|u| -u).collect();
         let all: Vec<Vec<f64>> = changes.iter().cloned().chain([rest]).collect();
         let mut slopes = self.outputs_of(&all, &Dirichlet::of_body(body))?;
