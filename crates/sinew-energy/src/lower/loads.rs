@@ -164,7 +164,6 @@ impl<const N: usize> Setup<'_, N> {
     }
 
     /// Lids over the rims of a surface, and the origins of the volumes that they close, at the corners of its facets.
-    #[expect(clippy::type_complexity, reason = "origins and lids")]
     fn lids(
         &self,
         name: &str,
