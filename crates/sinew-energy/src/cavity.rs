@@ -5,7 +5,7 @@ mod part;
 mod pressed_lid;
 
 use crate::Body;
-use crate::lower::Held;
+use crate::frames::Held;
 use closing::components;
 pub(crate) use closing::{FLAT, Surroundings, sorted};
 use part::{Add, At, moved, projected};

@@ -1,7 +1,10 @@
 //! Local axes of nodes with supports that are not along the coordinate axes.
 
-use sinew_num::Mat3;
+use sinew_num::{Mat3, dot3};
 use std::collections::BTreeMap;
+
+/// Component of a unit vector that is a rounding error in the axes of a frame.
+const ROUNDING: f64 = 1e-12;
 
 /// Orthonormal frames of the nodes whose supports are not along the coordinate axes, one axis per row.
 ///
@@ -70,5 +73,23 @@ impl Frames {
         } else {
             self.of_node.insert(node, axes);
         }
+    }
+}
+
+/// Prescribed degrees of freedom, and the frames of nodes that they are along.
+pub(crate) struct Held {
+    pub prescribed: Vec<Option<f64>>,
+    pub frames: Frames,
+}
+
+impl Held {
+    /// Displacement of a node along a direction \[length\], if the prescribed degrees of freedom determine it.
+    pub(crate) fn along(&self, node: usize, direction: &[f64; 3]) -> Option<f64> {
+        let of = |dof: usize| {
+            let share = dot3(&self.frames.axis(dof), direction);
+            let none = || (share.abs() <= ROUNDING).then_some(0.0);
+            self.prescribed[dof].map_or_else(none, |u| Some(share * u))
+        };
+        (3 * node..3 * node + 3).map(of).sum()
     }
 }

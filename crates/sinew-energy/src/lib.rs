@@ -82,7 +82,6 @@ mod pressure;
 mod pressure_field;
 mod reference_loads;
 mod rim;
-mod scaled;
 mod scene;
 mod solid;
 mod spring;

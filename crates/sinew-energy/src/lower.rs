@@ -15,7 +15,6 @@ use overlaps::check_overlaps;
 use sinew_mesh::{Facet, Mesh, QuadraturePoint, boundary_facets, with_cells};
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
-pub(crate) use supports::Held;
 
 impl Scene {
     /// Checks the scene and lowers it to plain arrays.

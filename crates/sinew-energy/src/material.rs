@@ -109,13 +109,11 @@ pub(crate) struct AtPoints<L, const D: usize> {
     map: Option<ParameterMap>,
 }
 
-impl<L, const D: usize> AtPoints<L, D> {
+impl<L: Law<D>, const D: usize> AtPoints<L, D> {
     pub(crate) fn new(law: L, directions: Vec<[[f64; 3]; D]>) -> Self {
         Self { law, directions, factors: Vec::new(), map: None }
     }
-}
 
-impl<L: Law<D>, const D: usize> AtPoints<L, D> {
     /// Directions at a point, if there are any for it.
     #[inline]
     fn along(&self, point: usize) -> Option<&[[f64; 3]; D]> {

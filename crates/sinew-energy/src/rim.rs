@@ -1,6 +1,6 @@
 //! Conditions on the rim of a surface under which a follower pressure has a potential.
 
-use crate::lower::Held;
+use crate::frames::Held;
 use crate::{FacetRule, SceneError};
 use sinew_num::{Mat3, cross, norm, sub3};
 use std::collections::HashMap;

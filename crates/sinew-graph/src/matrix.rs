@@ -23,11 +23,11 @@ impl FeatureMatrix {
     pub fn indicator(nodes: usize, set: &[usize]) -> Result<Self, GraphError> {
         let mut values = vec![0.0; nodes];
         for &node in set {
-            *values.get_mut(node).ok_or_else(|| {
-                GraphError(format!(
-                    "node {node} of the set does not exist, there are {nodes} nodes, counted from 0"
-                ))
-            })? = 1.0;
+            ensure!(
+                node < nodes,
+                "node {node} of the set does not exist, there are {nodes} nodes, counted from 0"
+            );
+            values[node] = 1.0;
         }
         Ok(Self { rows: nodes, columns: 1, values })
     }

@@ -27,10 +27,7 @@ pub fn r_hat(chains: &[Vec<f64>]) -> f64 {
 
 /// Effective sample size of the bulk: of rank-normalised split chains. NaN as [`r_hat`], but for one chain.
 pub fn ess_bulk(chains: &[Vec<f64>]) -> f64 {
-    if !usable(chains) {
-        return f64::NAN;
-    }
-    effective(&normal_scores(&split(chains)))
+    if usable(chains) { effective(&normal_scores(&split(chains))) } else { f64::NAN }
 }
 
 /// Effective sample size of the tails: the smaller of that of the 5 % and of the 95 % quantile. NaN as [`ess_bulk`].

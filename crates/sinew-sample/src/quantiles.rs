@@ -15,10 +15,8 @@ pub fn quantile(values: &[f64], share: f64) -> f64 {
 /// [`quantile`] of ascending values.
 pub(crate) fn quantile_of_sorted(sorted: &[f64], share: f64) -> f64 {
     let count = sorted.len();
-    match count {
-        0 => return f64::NAN,
-        1 => return sorted[0],
-        _ => {}
+    if count < 2 {
+        return sorted.first().copied().unwrap_or(f64::NAN);
     }
     // The operations of scipy's `mquantiles`, so that ties round alike.
     let position = count as f64 * share + (1.0 - share);

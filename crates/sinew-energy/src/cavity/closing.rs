@@ -1,7 +1,7 @@
 //! Rims, lids and symmetry planes of a surface.
 
 use super::part::{CavityPart, Lid, SymmetryPlane, moved};
-use crate::lower::Held;
+use crate::frames::Held;
 use sinew_mesh::{TriangleMesh, boundary_facets};
 use sinew_num::{Mat3, connected_components, cross, dot3, norm, sub3};
 use std::collections::{BTreeMap, BTreeSet, HashMap};

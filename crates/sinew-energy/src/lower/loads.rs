@@ -1,7 +1,8 @@
 //! Loads and elastic supports in plain arrays.
 
-use super::{Held, Setup, finite};
+use super::{Setup, finite};
 use crate::cavity::{Cavity, FLAT, Surroundings, sorted};
+use crate::frames::Held;
 use crate::rim::rim_origin;
 use crate::{
     FacetRule, Load, PressedLid, PressureSurface, ReferenceLoads, ReferenceSurface, SceneError,

@@ -2,6 +2,7 @@
 
 use super::{Setup, finite, named_set};
 use crate::error::listed;
+use crate::frames::Held;
 use crate::{Frames, Load, Prescribed, SceneError, Support};
 use sinew_mesh::Mesh;
 use sinew_num::{Mat3, cross, dot3, sub3};
@@ -9,28 +10,10 @@ use sinew_num::{Mat3, cross, dot3, sub3};
 /// Largest sine of the angle between two directions that count as the same: files have six digits, and their difference
 /// would be a rounding error.
 const SAME_DIRECTION: f64 = 1e-6;
-/// Component of a unit vector that is a rounding error in the axes of a frame.
-const ROUNDING: f64 = 1e-12;
 /// Nodes this close to an axis \[relative to the largest distance from its point\] have no radial direction.
 const ON_AXIS: f64 = 1e-9;
 
-/// Prescribed degrees of freedom, and the frames of nodes that they are along.
-pub(crate) struct Held {
-    pub prescribed: Vec<Option<f64>>,
-    pub frames: Frames,
-}
-
 impl Held {
-    /// Displacement of a node along a direction \[length\], if the prescribed degrees of freedom determine it.
-    pub(crate) fn along(&self, node: usize, direction: &[f64; 3]) -> Option<f64> {
-        let of = |dof: usize| {
-            let share = dot3(&self.frames.axis(dof), direction);
-            let none = || (share.abs() <= ROUNDING).then_some(0.0);
-            self.prescribed[dof].map_or_else(none, |u| Some(share * u))
-        };
-        (3 * node..3 * node + 3).map(of).sum()
-    }
-
     /// Adds a prescribed direction, a unit vector, to those of a node (Gram–Schmidt).
     ///
     /// # Errors
