@@ -97,11 +97,12 @@ pub(crate) fn gmres(
     mut apply: impl FnMut(&[f64], &mut [f64]),
     mut precondition: impl FnMut(&[f64], &mut [f64]),
     right: &[f64],
+    solution: &mut [f64],
     tolerance: f64,
     most_iterations: usize,
-) -> (Vec<f64>, LinearOutcome) {
+) -> LinearOutcome {
     let zeros = vec![0.0; right.len()];
-    let mut solution = zeros.clone();
+    solution.fill(0.0);
     let (scale, mut iterations) = (norm(right), 0);
     let (mut residual, mut start) = (right.to_vec(), f64::INFINITY);
     let mut restarts = true;
@@ -113,7 +114,7 @@ pub(crate) fn gmres(
         // Written so that a NaN ends the iteration as well.
         let going = relative_residual > tolerance && start.is_finite();
         if stuck || !going || iterations >= most_iterations {
-            return (solution, LinearOutcome { iterations, relative_residual });
+            return LinearOutcome { iterations, relative_residual };
         }
         let mut space: Vec<[Vec<f64>; 2]> = Vec::new();
         let (mut left, mut falls) = (start, true);
@@ -138,7 +139,7 @@ pub(crate) fn gmres(
             }
             let along = dot(&image, &residual) / length;
             image.iter_mut().chain(&mut direction).for_each(|x| *x /= length);
-            add(&mut solution, along, &direction);
+            add(solution, along, &direction);
             add(&mut residual, -along, &image);
             let next = norm(&residual);
             (left, falls) = (next, next <= FALLING * left);
@@ -146,7 +147,7 @@ pub(crate) fn gmres(
         }
         restarts = space.len() == RESTART;
         let mut image = zeros.clone();
-        apply(&solution, &mut image);
+        apply(solution, &mut image);
         residual = difference(right, &image);
     }
 }

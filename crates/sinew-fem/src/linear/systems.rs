@@ -125,6 +125,7 @@ impl System<'_> {
             return Ok((right, LinearOutcome { iterations: 0, relative_residual: 0.0 }));
         }
         let free = self.sparsity.unknowns();
+        let mut change = vec![0.0; right.len()];
         let precondition = |from: &[f64], to: &mut [f64]| {
             to.copy_from_slice(from);
             let (forces, pressures) = to.split_at_mut(free);
@@ -138,7 +139,7 @@ impl System<'_> {
             self.factor.solve(forces);
         };
         let apply = |from: &[f64], to: &mut [f64]| self.apply(from, to);
-        let (change, outcome) = gmres(apply, precondition, &right, TOLERANCE, MOST_GMRES);
+        let outcome = gmres(apply, precondition, &right, &mut change, TOLERANCE, MOST_GMRES);
         let solved = change.iter().all(|c| c.is_finite());
         if solved { Ok((change, outcome)) } else { Err(SolveError::Singular) }
     }

@@ -146,12 +146,13 @@ impl Unload<'_> {
         accuracy: f64,
     ) -> Option<Vec<f64>> {
         let sparsity = &self.image.system.sparsity;
+        let mut change = vec![0.0; right.len()];
         let apply = |from: &[f64], to: &mut [f64]| entries.multiply(sparsity, from, to);
         let precondition = |from: &[f64], to: &mut [f64]| {
             to.copy_from_slice(from);
             self.factor.solve(to);
         };
-        let (change, outcome) = gmres(apply, precondition, right, accuracy, MOST_LINEAR);
+        let outcome = gmres(apply, precondition, right, &mut change, accuracy, MOST_LINEAR);
         // Rounding errors of a stiffness of bad condition may end it early. Written so that a NaN is no solution.
         let solved = outcome.relative_residual <= accuracy.max(ROUGH);
         solved.then_some(change)
