@@ -3,7 +3,8 @@
 pub(crate) mod identified;
 pub(crate) mod optimise;
 pub(crate) mod resolve;
-pub(crate) mod warnings;
+pub(crate) mod warning;
+mod warnings;
 
 use crate::fit::optimise::{Maximum, maximise};
 use crate::{Conditional, Ensemble, FreeParameter, GpError, Model, Result};

@@ -103,7 +103,7 @@ mod series;
 pub use error::GpError;
 use error::Result;
 pub use evidence::{Evaluation, Evidence};
-pub use fit::warnings::Warning;
+pub use fit::warning::Warning;
 pub use fit::{Fit, FitOptions, Outcome, Restart};
 pub use kernel::{
     Formula, Hyperparameter, Measure, Smoothness, check_kernel, linear, matern, periodic,
