@@ -2,10 +2,12 @@
 //! depends on is listed, and what is listed is depended on. A new crate is a new row there and nothing here. A crate that is compiled
 //! without tests has none.
 
+use crate::command::output;
 use crate::words;
 use anyhow::{Context, Result, bail, ensure};
-use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package, Target};
+use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package, PackageId, Target};
 use std::collections::{BTreeMap, BTreeSet};
+use std::process::Command;
 
 const TABLE: &str = "docs/architecture.md";
 /// First cells of the table's head.
@@ -39,8 +41,9 @@ pub(crate) fn check() -> Result<()> {
     let mut unrun = Vec::new();
     for package in packages {
         unrun.extend(never_run(package, &metadata)?);
-        let tree = normal_tree(&metadata, package);
-        for heavy in HEAVY.iter().filter(|heavy| tree.contains(**heavy)) {
+        let tree = linked(&metadata, [&package.id])?;
+        let is_below = |heavy: &&&str| tree.iter().any(|id| metadata[id].name == **heavy);
+        for heavy in HEAVY.iter().filter(is_below) {
             let through = |(other, below): &(&str, &str)| {
                 below == heavy && package.dependencies.iter().any(|d| d.name == *other)
             };
@@ -54,15 +57,16 @@ pub(crate) fn check() -> Result<()> {
             wrong.push(format!("{name} has {heavy} below it without its default features"));
         }
     }
-    if !wrong.is_empty() {
-        bail!("the crates and the table of {TABLE} differ:\n  {}", wrong.join("\n  "));
-    }
-    if !unrun.is_empty() {
-        bail!(
-            "tests of crates that are compiled without them (`test = false`) never run; move them to the crate's `tests`:\n  {}",
-            unrun.join("\n  ")
-        );
-    }
+    ensure!(
+        wrong.is_empty(),
+        "the crates and the table of {TABLE} differ:\n  {}",
+        wrong.join("\n  ")
+    );
+    ensure!(
+        unrun.is_empty(),
+        "tests of crates that are compiled without them (`test = false`) never run; move them to the crate's `tests`:\n  {}",
+        unrun.join("\n  ")
+    );
     eprintln!("dependency arrows: {} crates are as {TABLE} says", table.len());
     Ok(())
 }
@@ -159,33 +163,29 @@ fn reaches(table: &BTreeMap<String, Row>, name: &str, heavy: &str) -> bool {
 fn bare_tree(name: &str) -> Result<String> {
     let arguments =
         ["tree", "-p", name, "--no-default-features", "-e", "normal", "--prefix", "none"];
-    let found = std::process::Command::new("cargo").args(arguments).output()?;
-    ensure!(
-        found.status.success(),
-        "cargo tree -p {name}: {}",
-        String::from_utf8_lossy(&found.stderr)
-    );
-    Ok(String::from_utf8(found.stdout)?)
+    let [tree, _] =
+        output(Command::new("cargo").args(arguments), &format!("cargo tree -p {name}"))?;
+    Ok(tree)
 }
 
-/// Names of all packages in the tree of normal dependencies below `root`.
-fn normal_tree(metadata: &Metadata, root: &Package) -> BTreeSet<String> {
-    let nodes = &metadata.resolve.as_ref().expect("cargo metadata resolves dependencies").nodes;
-    let mut names = BTreeSet::new();
-    let mut seen = BTreeSet::from([&root.id]);
-    let mut open = vec![&root.id];
+/// Packages in the trees of normal dependencies below `roots`, these included.
+pub(crate) fn linked<'m>(
+    metadata: &'m Metadata,
+    roots: impl IntoIterator<Item = &'m PackageId>,
+) -> Result<BTreeSet<&'m PackageId>> {
+    let nodes = &metadata.resolve.as_ref().context("cargo metadata resolves dependencies")?.nodes;
+    let mut open: Vec<&PackageId> = roots.into_iter().collect();
+    let mut seen: BTreeSet<&PackageId> = open.iter().copied().collect();
     while let Some(id) = open.pop() {
-        names.insert(metadata[id].name.to_string());
         let node = nodes.iter().find(|node| node.id == *id);
-        for dependency in node.into_iter().flat_map(|node| &node.deps) {
-            let normal =
-                dependency.dep_kinds.iter().any(|kind| kind.kind == DependencyKind::Normal);
-            if normal && seen.insert(&dependency.pkg) {
-                open.push(&dependency.pkg);
+        for below in node.into_iter().flat_map(|node| &node.deps) {
+            let is_normal = below.dep_kinds.iter().any(|kind| kind.kind == DependencyKind::Normal);
+            if is_normal && seen.insert(&below.pkg) {
+                open.push(&below.pkg);
             }
         }
     }
-    names
+    Ok(seen)
 }
 
 #[cfg(test)]

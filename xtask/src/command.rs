@@ -1,36 +1,40 @@
 //! Starting cargo and the study programs.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, ensure};
 use cargo_metadata::MetadataCommand;
 use std::path::PathBuf;
 use std::process::Command;
 use std::time::Instant;
 
+/// Runs a command, which its errors call by a name.
+pub(crate) fn call(command: &mut Command, name: &str) -> Result<()> {
+    let status = command.status().with_context(|| format!("{name} could not be started"))?;
+    ensure!(status.success(), "{name} failed with {status}");
+    Ok(())
+}
+
+/// Runs a command; its standard output and error, which are shown if it fails.
+pub(crate) fn output(command: &mut Command, name: &str) -> Result<[String; 2]> {
+    let output = command.output().with_context(|| format!("{name} could not be started"))?;
+    let said =
+        [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+    ensure!(output.status.success(), "{name} failed with {}\n{}", output.status, said.concat());
+    Ok(said)
+}
+
 /// Runs cargo with `arguments`, showing what is run.
 pub(crate) fn cargo(arguments: &[&str], environment: &[(&str, &str)]) -> Result<()> {
-    eprintln!("$ cargo {}", arguments.join(" "));
-    let status = Command::new(env!("CARGO"))
-        .args(arguments)
-        .envs(environment.iter().copied())
-        .status()
-        .context("cargo could not be started")?;
-    if !status.success() {
-        bail!("`cargo {}` failed with {status}", arguments.join(" "));
-    }
-    Ok(())
+    let name = format!("cargo {}", arguments.join(" "));
+    eprintln!("$ {name}");
+    let mut command = Command::new(env!("CARGO"));
+    call(command.args(arguments).envs(environment.iter().copied()), &format!("`{name}`"))
 }
 
 /// Runs cargo beside other work; what it says is shown at its end, and only if it fails.
 pub(crate) fn cargo_aside(arguments: &[&str], environment: &[(&str, &str)]) -> Result<()> {
+    let name = format!("`cargo {}`", arguments.join(" "));
     let mut command = Command::new(env!("CARGO"));
-    let output = command.args(arguments).envs(environment.iter().copied()).output();
-    let output = output.context("cargo could not be started")?;
-    if !output.status.success() {
-        let said =
-            [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
-        bail!("`cargo {}` failed with {}\n{}", arguments.join(" "), output.status, said.concat());
-    }
-    Ok(())
+    output(command.args(arguments).envs(environment.iter().copied()), &name).map(drop)
 }
 
 /// Builds the program of all studies and runs one.
@@ -52,15 +56,7 @@ pub(crate) fn study(task: &str, options: &[String]) -> Result<()> {
     eprintln!("Built {PROGRAM} in {:.0} s.\n", clock.elapsed().as_secs_f64());
     let folder = MetadataCommand::new().no_deps().exec()?.target_directory;
     let program = folder.join("debug").join(format!("{PROGRAM}{}", std::env::consts::EXE_SUFFIX));
-    let status = Command::new(&program)
-        .arg(task)
-        .args(options)
-        .status()
-        .with_context(|| format!("{program} could not be started"))?;
-    if !status.success() {
-        bail!("{task} failed with {status}");
-    }
-    Ok(())
+    call(Command::new(&program).arg(task).args(options), task)
 }
 
 /// Crate and program of all studies.

@@ -1,39 +1,21 @@
 //! Licences of what is linked: every dependency must grant one that is on the list.
 
+use crate::arrows::linked;
 use crate::command::cargo;
 use anyhow::{Context, Result, ensure};
-use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, PackageId};
-use std::collections::{BTreeMap, BTreeSet};
+use cargo_metadata::MetadataCommand;
+use std::collections::BTreeMap;
 use std::process::Command;
 
-/// Licences that ask for no more than their notice, by SPDX; the list of `deny.toml`.
-const ALLOWED: &[&str] = &[
-    "0BSD",
-    "Apache-2.0",
-    "Apache-2.0 WITH LLVM-exception",
-    "BSD-1-Clause",
-    "BSD-2-Clause",
-    "BSD-3-Clause",
-    "BSL-1.0",
-    "CC0-1.0",
-    "ISC",
-    "MIT",
-    "MIT-0",
-    "MPL-2.0",
-    "NCSA",
-    "Unicode-3.0",
-    "Unlicense",
-    "Zlib",
-    "bzip2-1.0.6",
-];
-
+/// Rules of `cargo deny`, with the licences that ask for no more than their notice, by SPDX.
+const RULES: &str = include_str!("../../deny.toml");
 /// Crates whose manifest names a file in place of a licence, with the licence in it.
 const READ: &[(&str, &str)] = &[("cfg_block", "Apache-2.0")];
 
 /// Prints how many crates are linked under each licence, and fails with those whose licence is not on the list.
 pub(crate) fn check() -> Result<()> {
     let metadata = MetadataCommand::new().exec().context("cargo metadata failed")?;
-    let linked = linked(&metadata)?;
+    let linked = linked(&metadata, &metadata.workspace_members)?;
     let (mut by_licence, mut wrong) = (BTreeMap::<String, usize>::new(), Vec::new());
     for package in metadata.packages.iter().filter(|package| linked.contains(&package.id)) {
         let read = READ.iter().find(|(name, _)| *name == package.name.as_str());
@@ -62,23 +44,6 @@ fn deny() -> Result<()> {
     cargo(&["deny", "check", "licenses", "bans", "sources"], &[])
 }
 
-/// Packages below the workspace by normal dependencies.
-fn linked(metadata: &Metadata) -> Result<BTreeSet<PackageId>> {
-    let nodes = &metadata.resolve.as_ref().context("cargo metadata resolves dependencies")?.nodes;
-    let mut open: Vec<&PackageId> = metadata.workspace_members.iter().collect();
-    let mut seen: BTreeSet<PackageId> = open.iter().map(|&id| id.clone()).collect();
-    while let Some(id) = open.pop() {
-        let Some(node) = nodes.iter().find(|node| node.id == *id) else { continue };
-        for below in &node.deps {
-            let is_linked = below.dep_kinds.iter().any(|kind| kind.kind == DependencyKind::Normal);
-            if is_linked && seen.insert(below.pkg.clone()) {
-                open.push(&below.pkg);
-            }
-        }
-    }
-    Ok(seen)
-}
-
 /// Whether an SPDX expression grants a licence of the list: one of several joined by OR, all of those joined by AND.
 fn allowed(expression: &str) -> bool {
     // Before SPDX expressions a slash was OR.
@@ -93,8 +58,14 @@ fn allowed(expression: &str) -> bool {
     match (parts(" AND "), parts(" OR ")) {
         (all, _) if all.len() > 1 => all.iter().all(|part| allowed(part)),
         (_, any) if any.len() > 1 => any.iter().any(|part| allowed(part)),
-        _ => ALLOWED.contains(&expression),
+        _ => is_listed(expression),
     }
+}
+
+/// Whether a licence is on the list of [`RULES`].
+fn is_listed(licence: &str) -> bool {
+    let list = RULES.split_once("allow = [").and_then(|(_, rest)| rest.split_once(']'));
+    list.is_some_and(|(list, _)| list.split('"').skip(1).step_by(2).any(|found| found == licence))
 }
 
 /// Parts of an expression between a word outside of brackets.

@@ -1,7 +1,7 @@
 //! The matrix product of `sinew-gnn`, our one module of pointers, interpreted by Miri, which finds reads and writes
 //! outside of what they may touch.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, ensure};
 use std::process::Command;
 
 const TESTS: &[&str] =
@@ -12,16 +12,13 @@ const PROCESSORS: &[(&str, &str)] =
 
 /// Runs the tests on each processor.
 pub(crate) fn run() -> Result<()> {
-    if !miri(&["--version"], "")? {
-        bail!(
-            "Miri is not installed; `rustup toolchain install nightly --component miri,rust-src` installs it"
-        );
-    }
+    ensure!(
+        miri(&["--version"], "")?,
+        "Miri is not installed; `rustup toolchain install nightly --component miri,rust-src` installs it"
+    );
     for (processor, flags) in PROCESSORS {
         eprintln!("-- {processor}");
-        if !miri(TESTS, flags)? {
-            bail!("a test failed under Miri, {processor}");
-        }
+        ensure!(miri(TESTS, flags)?, "a test failed under Miri, {processor}");
     }
     Ok(())
 }

@@ -1,8 +1,8 @@
 //! Crates as they would be published: packed, looked into, and two of them built and tested outside of the repository.
 
-use crate::command::cargo;
+use crate::command::{cargo, output};
 use crate::readme::{self, published};
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use cargo_metadata::{Metadata, MetadataCommand, Package};
 use std::path::Path;
 use std::process::Command;
@@ -47,9 +47,8 @@ fn keys(metadata: &Metadata) -> Result<()> {
             ("keywords (1 to 5)", !(1..=5).contains(&package.keywords.len())),
             ("categories", package.categories.is_empty()),
         ];
-        wrong.extend(
-            missing.iter().filter(|key| key.1).map(|key| format!("{}: {}", package.name, key.0)),
-        );
+        let missing = missing.iter().filter(|key| key.1);
+        wrong.extend(missing.map(|key| format!("{}: {}", package.name, key.0)));
     }
     ensure!(wrong.is_empty(), "keys that are missing:\n  {}", wrong.join("\n  "));
     if published(metadata).iter().any(|package| package.repository.is_none()) {
@@ -62,17 +61,20 @@ fn keys(metadata: &Metadata) -> Result<()> {
 
 /// Packs all of them together, so that one finds the others.
 fn pack(metadata: &Metadata) -> Result<()> {
-    let names = published(metadata).into_iter().map(|package| package.name.to_string());
-    let names: Vec<String> = names.flat_map(|name| ["-p".into(), name]).collect();
-    let said = quiet(
-        Command::new(env!("CARGO")).args(["package", "--no-verify", "--allow-dirty"]).args(&names),
-    )?;
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.args(["package", "--no-verify", "--allow-dirty"]);
+    published(metadata).iter().for_each(|package| _ = cargo.args(["-p", package.name.as_str()]));
+    let said = quiet(&mut cargo)?;
     // What `exclude` leaves out, cargo says.
-    let meant = |line: &&str| !line.contains("is not included in the published package");
-    let warnings: Vec<&str> =
-        said.lines().filter(|line| line.starts_with("warning")).filter(meant).collect();
+    let warnings = warnings(&said, "is not included in the published package");
     ensure!(warnings.is_empty(), "cargo package warns:\n  {}", warnings.join("\n  "));
     Ok(())
+}
+
+/// Warnings among what was said, but for those that are meant.
+fn warnings<'a>(said: &'a str, meant: &str) -> Vec<&'a str> {
+    let warns = |line: &&str| line.starts_with("warning") && !line.contains(meant);
+    said.lines().filter(warns).collect()
 }
 
 /// Unpacks one, and requires what it is to hold.
@@ -126,10 +128,8 @@ fn test(metadata: &Metadata, trial: &Path) -> Result<()> {
     let mut cargo = Command::new(env!("CARGO"));
     cargo.args(["test", "--workspace"]).current_dir(trial).env("CARGO_TARGET_DIR", target);
     let said = quiet(cargo.env("RUSTFLAGS", "-D warnings"))?;
-    let own: Vec<&str> = said.lines().filter(|line| line.starts_with("warning")).collect();
     // Patches of crates that neither needs are no fault of theirs.
-    let own: Vec<_> =
-        own.into_iter().filter(|line| !line.contains("was not used in the crate graph")).collect();
+    let own = warnings(&said, "was not used in the crate graph");
     ensure!(own.is_empty(), "building from packages warns:\n  {}", own.join("\n  "));
     println!("built and tested from their packages: {}", TRIED.join(", "));
     Ok(())
@@ -137,7 +137,7 @@ fn test(metadata: &Metadata, trial: &Path) -> Result<()> {
 
 /// Checks crates without Burn for other platforms, where their standard library is installed.
 fn platforms() -> Result<()> {
-    let root = quiet_output(Command::new("rustc").args(["--print", "sysroot"]))?;
+    let [root, _] = output(Command::new("rustc").args(["--print", "sysroot"]), "rustc")?;
     for platform in PLATFORMS {
         if !Path::new(root.trim()).join("lib/rustlib").join(platform).exists() {
             eprintln!(
@@ -155,18 +155,8 @@ fn platforms() -> Result<()> {
 
 /// Runs a command; what it said on standard error.
 fn quiet(command: &mut Command) -> Result<String> {
-    eprintln!("$ {command:?}");
-    let output = command.output().with_context(|| format!("{command:?} could not be started"))?;
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    if !output.status.success() {
-        bail!("{command:?} failed:\n{}\n{said}", String::from_utf8_lossy(&output.stdout));
-    }
+    let name = format!("{command:?}");
+    eprintln!("$ {name}");
+    let [_, said] = output(command, &name)?;
     Ok(said)
-}
-
-/// Runs a command; what it said on standard output.
-fn quiet_output(command: &mut Command) -> Result<String> {
-    let output = command.output().with_context(|| format!("{command:?} could not be started"))?;
-    ensure!(output.status.success(), "{command:?} failed");
-    Ok(String::from_utf8(output.stdout)?)
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 /// Text that only such a page has.
 pub(crate) const MARK: &str = "class=\"viewer-page\"";
 /// Sizes of a telephone and of a desktop window \[px\].
-const SIZES: [[u32; 2]; 2] = [[400, 860], [1400, 900]];
+pub(crate) const SIZES: [[u32; 2]; 2] = [[400, 860], [1400, 900]];
 /// Longest time of a prediction \[ms\].
 const MOST_MS: f64 = 2.0;
 /// Two frames later, as a picture.
@@ -29,31 +29,14 @@ const SOLVED: &str = "(async () => { const { data, state, draw } = sinewViewer.v
     const mean = norms.reduce((sum, u) => sum + u, 0) / norms.length;
     return { told, mean: state.solved?.mean, shown: state.error?.[0], apart: Math.abs(mean - state.mean) }; })()";
 
-/// Faults of a page in two widths, light and dark; what is right is told.
-pub(crate) fn check(program: &Path, page: &Path, script: &str) -> Result<Vec<String>> {
-    let mut browser = Browser::start(program)?;
-    let mut wrong = Vec::new();
-    for size in SIZES {
-        for dark in [false, true] {
-            let mode = format!(
-                "{} ({} px, {})",
-                page.display(),
-                size[0],
-                if dark { "dark" } else { "light" }
-            );
-            browser.open(page, size, dark)?;
-            let (mut found, time) = look(&mut browser)?;
-            if page.to_string_lossy().starts_with(SERVED) {
-                found.extend(corrected(&mut browser)?);
-            }
-            found.extend(seen(&mut browser, script)?);
-            found.extend(browser.faults());
-            let told = if found.is_empty() { "nothing wrong" } else { "faults" };
-            eprintln!("{mode}: {told}, {time:.2} ms a prediction");
-            wrong.extend(found.into_iter().map(|fault| format!("{mode}: {fault}")));
-        }
+/// Faults of a page in one window; the time of a prediction is told.
+pub(crate) fn faults(browser: &mut Browser, page: &Path) -> Result<Vec<String>> {
+    let (mut found, time) = look(browser)?;
+    eprintln!("{}: {time:.2} ms a prediction", page.display());
+    if page.to_string_lossy().starts_with(SERVED) {
+        found.extend(corrected(browser)?);
     }
-    Ok(wrong)
+    Ok(found)
 }
 
 fn look(browser: &mut Browser) -> Result<(Vec<String>, f64)> {
@@ -134,12 +117,4 @@ fn corrected(browser: &mut Browser) -> Result<Vec<String>> {
         found.push("two corrected bodies give the same picture".into());
     }
     Ok(found)
-}
-
-/// Faults that a script finds in the page as it is shown.
-fn seen(browser: &mut Browser, script: &str) -> Result<Vec<String>> {
-    browser.evaluate(&format!("{{ {script} }}"))?;
-    let text = browser.evaluate("document.getElementById('page-check').textContent")?;
-    let seen: Value = serde_json::from_str(text.as_str().unwrap_or_default())?;
-    Ok(seen["found"].as_array().into_iter().flatten().map(ToString::to_string).collect())
 }

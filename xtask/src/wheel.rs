@@ -1,7 +1,7 @@
 //! The Python package: a wheel that maturin builds, and tests of a library that is compiled as the workspace's own tests are.
 
-use crate::command::cargo;
-use anyhow::{Context, Result, bail};
+use crate::command::{self, cargo};
+use anyhow::{Context, Result, bail, ensure};
 use cargo_metadata::MetadataCommand;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -32,9 +32,11 @@ pub(crate) fn run(features: Option<&str>) -> Result<()> {
         "there is no Python 3 with venv and pip: install them (Debian: python3-venv), or name another by PYTHON",
     )?;
     let builder = environment(&python, &folder.join("build"))?;
-    if !install(&builder, &BUILDERS)? {
-        bail!("pip cannot install {}, which build the wheel", BUILDERS.join(" and "));
-    }
+    ensure!(
+        install(&builder, &BUILDERS)?,
+        "pip cannot install {}, which build the wheel",
+        BUILDERS.join(" and ")
+    );
     let wheel = build(&root, &builder, &folder, features)?;
     tried(&root, &python, &folder, &wheel)
 }
@@ -126,12 +128,9 @@ fn install(python: &Path, packages: &[impl AsRef<std::ffi::OsStr>]) -> Result<bo
 }
 
 fn call(command: &mut Command) -> Result<()> {
-    eprintln!("$ {command:?}");
-    let status = command.status().with_context(|| format!("{command:?} could not be started"))?;
-    if !status.success() {
-        bail!("{command:?} failed with {status}");
-    }
-    Ok(())
+    let name = format!("{command:?}");
+    eprintln!("$ {name}");
+    command::call(command, &name)
 }
 
 /// Builds the wheel; where its processor or system is another, for this machine only.
@@ -156,9 +155,7 @@ fn build(root: &Path, python: &Path, folder: &Path, features: Option<&str>) -> R
     };
     let bytes = wheel.metadata()?.len();
     println!("{}: {:.1} MB", wheel.display(), bytes as f64 / (1 << 20) as f64);
-    if bytes > MOST_BYTES {
-        bail!("the wheel has more than {} MB", MOST_BYTES >> 20);
-    }
+    ensure!(bytes <= MOST_BYTES, "the wheel has more than {} MB", MOST_BYTES >> 20);
     Ok(wheel.clone())
 }
 
@@ -168,9 +165,7 @@ fn tried(root: &Path, python: &Path, folder: &Path, wheel: &Path) -> Result<()> 
     let _ = std::fs::remove_dir_all(&clean);
     let own = environment(python, &clean)?;
     let start = Instant::now();
-    if !install(&own, &[wheel])? {
-        bail!("{} cannot be installed", wheel.display());
-    }
+    ensure!(install(&own, &[wheel])?, "{} cannot be installed", wheel.display());
     let package = root.join("crates/sinew-python");
     let readme = std::fs::read_to_string(package.join("README.md"))?;
     let program = readme.split("```python\n").nth(1).and_then(|rest| rest.split("```").next());
@@ -179,8 +174,6 @@ fn tried(root: &Path, python: &Path, folder: &Path, wheel: &Path) -> Result<()> 
     call(Command::new(&own).arg(&file))?;
     let seconds = start.elapsed().as_secs_f64();
     println!("from a clean environment to an emulator with its error: {seconds:.0} s");
-    if seconds > MOST_SECONDS {
-        bail!("more than {MOST_SECONDS} s");
-    }
+    ensure!(seconds <= MOST_SECONDS, "more than {MOST_SECONDS} s");
     Ok(())
 }
