@@ -86,48 +86,12 @@ fn text(
         format!(r#", {{ foundation = {{ normal = {normal:?} }}, facets = "epi" }}"#)
     });
     format!(
-        r#"
-law = {{ name = "holzapfel-ogden", bulk_modulus = 25.0 }}
-loads = [{{ pressure = "p", facets = "endo" }}{springs}]
-supports = [{{ clamped = "base" }}]
-[mesh]
-ellipsoid = {{ short = {short:?}, long = {long:?}, base = {base:?}, cells = {cells:?} }}
-[fibres.rule]
-endocardium = "endo"
-epicardium = "epi"
-base = "base"
-angles = [60.0, -60.0]
-[parameters]
-{parameters}p = {{ range = [0.0, 40.0], unit = "mmHg", sampling = "linear" }}
-[phases]
-image = {{ p = "8 mmHg" }}
-low = {{ p = "3 mmHg" }}
-high = {{ p = "14 mmHg" }}
-higher = {{ p = "20 mmHg" }}
-top = {{ p = "30 mmHg" }}
-[[data]]
-volume = "endo"
-phase = "low"
-unit = "mL"
-sd = "3 %"
-[[data]]
-volume = "endo"
-phase = "high"
-unit = "mL"
-sd = "3 %"
-[[data]]
-volume = "endo"
-phase = "higher"
-unit = "mL"
-sd = "3 %"
-[[data]]
-strain = "circumferential"
-from = "image"
-phase = "high"
-sd = 0.02
-[calibration]
-wall = {{ endocardium = "endo", epicardium = "epi", base = "base", septum = [-1.0, 0.0, 0.0] }}
-segments = "4x6"
-"#
+        include_str!("patient.toml.in"),
+        short = short,
+        long = long,
+        base = base,
+        cells = cells,
+        parameters = parameters,
+        springs = springs
     )
 }

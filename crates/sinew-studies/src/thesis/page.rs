@@ -8,24 +8,7 @@ use anyhow::Result;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-const HEAD: &str = "# Every printed figure of the thesis
-
-Each row holds a figure that D. Dalton's PhD thesis prints ([README](../README.md#the-thesis-the-crates-the-rest)) and ours beside it. `cargo xtask thesis` runs what
-is missing and writes this page from the reports of the runs. A test holds the page against them. The printed figures are in `crates/sinew-studies/thesis.toml`, what is
-kept of the reports in `docs/thesis`.
-
-A row's name ends with its statistic: 25, 50 and 75 % are quantiles of the errors of all test cases. In chapter 2 errors are of all nodes. In chapter 3 nodes that a support
-holds are left out, where the error is zero; the thesis counts them.
-
-- *Own kind* is the thesis' kind of method: a network trained on simulations or on the energy, a plain network, a constrained Gaussian process.
-- *Best* is the emulator of least error, raw, or after one Newton step where no raw one is enough. *By* names it. A solver is no emulator.
-- *×* is ours over the printed figure, for gains the other way round: below 1 ours is better. Brackets hold the × of a second seed.
-- *✓* is at or below the printed figure, *✗* above it, in the digits that are printed and in two at least.
-- *(GPU)* marks a time of a graphics processor in the thesis: ours is of one thread. *(solver)* marks a time of a solver. Both have neither ✓ nor ✗.
-- *(one case)* marks the error of a single test case in the thesis.
-- *s* is the time before the first answer: CPU time of simulations and training in chapter 2, wall time of them in chapter 3, of a fit in chapter 4.
-- *Not stored* says that the kept report lacks the statistic that the thesis prints, *not run* that no kept run has the method.
-";
+const HEAD: &str = include_str!("head.md");
 
 /// Writes the page from what is kept of the runs.
 ///
