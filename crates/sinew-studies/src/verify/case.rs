@@ -57,14 +57,7 @@ impl Formulation {
 
     /// Name in tables and legends.
     pub(crate) const fn label(self) -> &'static str {
-        match self {
-            Self::P1 => "P1",
-            Self::P2 => "P2",
-            Self::Mixed => "P2–P1",
-            Self::FBar => "F-bar",
-            Self::Q1 => "Q1",
-            Self::Q1FBar => "Q1 F-bar",
-        }
+        ["P1", "P2", "P2–P1", "F-bar", "Q1", "Q1 F-bar"][self as usize]
     }
 }
 
@@ -215,7 +208,8 @@ impl Row {
 
 /// The rows of a running case, each reported as soon as it is there.
 pub struct Rows<'a> {
-    rows: Vec<Row>,
+    /// All rows so far.
+    pub(crate) rows: Vec<Row>,
     report: &'a mut dyn FnMut(&Row),
 }
 
@@ -239,8 +233,7 @@ impl<'a> Rows<'a> {
         band: Band,
         cost: Cost,
     ) -> anyhow::Result<()> {
-        self.push(Row::new(label, Measure::Relative, pair, band, cost)?);
-        Ok(())
+        Ok(Row::new(label, Measure::Relative, pair, band, cost).map(|row| self.push(row))?)
     }
 
     /// Adds a row whose error has the unit of the quantity.
@@ -251,12 +244,6 @@ impl<'a> Rows<'a> {
         band: Band,
         cost: Cost,
     ) -> anyhow::Result<()> {
-        self.push(Row::new(label, Measure::Absolute, pair, band, cost)?);
-        Ok(())
-    }
-
-    /// All rows so far.
-    pub(crate) fn into_vec(self) -> Vec<Row> {
-        self.rows
+        Ok(Row::new(label, Measure::Absolute, pair, band, cost).map(|row| self.push(row))?)
     }
 }

@@ -44,7 +44,7 @@ pub fn run(case: &Case, effort: Effort, report: &mut dyn FnMut(&Row)) -> Outcome
         title: case.title.into(),
         provenance: case.provenance.into(),
         seconds: start.elapsed().as_secs_f64(),
-        rows: rows.into_vec(),
+        rows: rows.rows,
         failure,
     }
 }

@@ -3,15 +3,12 @@
 use crate::verify::case::{Cost, Formulation};
 use anyhow::Result;
 use sinew_energy::{
-    Body, IntoMaterial, Law, Load, Material, Parameter, Scene, SceneError, Support,
+    Body, IntoMaterial, Load, Magnitude, Parameter, Prescribed, Scene, SceneError, Support,
 };
 use sinew_fem::{Options, Solution, Solver};
-use sinew_mesh::{AnyMesh, Mesh, boundary_facets};
-use std::sync::Arc;
+use sinew_mesh::AnyMesh;
+use std::collections::BTreeSet;
 use std::time::Instant;
-
-/// Node set of the whole boundary, made by [`with_boundary`].
-pub(crate) const BOUNDARY: &str = "boundary";
 
 /// A scene in which no load reads θ.
 pub(crate) fn scene(
@@ -27,13 +24,9 @@ pub(crate) fn scene(
     Scene { parameters, loads, supports, ..scene }
 }
 
-/// A law with equal directions in every cell.
-pub(crate) fn along<L: Law<D>, const D: usize>(
-    mesh: &AnyMesh,
-    law: L,
-    directions: [[f64; 3]; D],
-) -> Arc<dyn Material> {
-    law.along(vec![directions; mesh.cell_count()])
+/// A follower pressure \[stress\] on a side.
+pub(crate) fn pressed(side: &str, pressure: f64) -> Vec<Load> {
+    vec![Load::Pressure { facets: side.into(), magnitude: Magnitude::Fixed(pressure) }]
 }
 
 /// An equilibrium; the time covers preparation and solve.
@@ -52,58 +45,60 @@ pub(crate) fn lower(scene: &Scene, formulation: Formulation) -> Result<Body, Sce
     }
 }
 
-/// The displacement of a mesh and its cost.
+/// An equilibrium of a body and its cost.
 pub(crate) struct Found {
-    pub mesh: AnyMesh,
-    /// Displacement node by node.
-    pub displacement: Vec<f64>,
-    /// Cost.
+    pub body: Body,
+    pub solution: Solution,
     pub cost: Cost,
 }
 
 impl Found {
+    fn new(body: Body, theta: &[f64]) -> Result<Self> {
+        let (solution, cost) = equilibrium(&body, theta)?;
+        Ok(Self { body, solution, cost })
+    }
+
     /// Displacement at a point: the mean over the nodes that are nearest to it, which on symmetric meshes is that of
     /// the point between them.
     pub(crate) fn at(&self, point: [f64; 3]) -> [f64; 3] {
-        displacement_at(&self.mesh, &self.displacement, point)
+        let points = &self.body.positions;
+        let distance = |node: usize| {
+            let x = points[node];
+            (0..3).map(|i| (x[i] - point[i]).powi(2)).sum::<f64>().sqrt()
+        };
+        let nearest = (0..points.len()).map(distance).fold(f64::INFINITY, f64::min);
+        let tie = |&node: &usize| distance(node) <= nearest + TIE;
+        let nodes: Vec<_> = (0..points.len()).filter(tie).collect();
+        let sum =
+            |i: usize| nodes.iter().map(|&n| self.solution.displacement[3 * n + i]).sum::<f64>();
+        std::array::from_fn(|i| sum(i) / nodes.len() as f64)
     }
 }
 
 /// The equilibrium of displacements alone.
 pub(crate) fn displaced(scene: Scene, formulation: Formulation, theta: &[f64]) -> Result<Found> {
-    let (solution, cost) = equilibrium(&lower(&scene, formulation)?, theta)?;
-    Ok(Found { mesh: scene.mesh, displacement: solution.displacement, cost })
+    Found::new(lower(&scene, formulation)?, theta)
 }
 
 /// The equilibrium of quadratic displacements and linear pressures, incompressible for `compliance` 0, else
 /// with the further bulk modulus `1/compliance`.
 pub(crate) fn mixed(scene: Scene, compliance: f64, theta: &[f64]) -> Result<Found> {
-    let scene = scene.mixed();
-    let body = scene.lower()?.with_compliance(compliance)?;
-    let (solution, cost) = equilibrium(&body, theta)?;
-    Ok(Found { mesh: scene.mesh, displacement: solution.displacement, cost })
+    Found::new(scene.mixed().lower()?.with_compliance(compliance)?, theta)
 }
 
-/// The mesh with the node set [`BOUNDARY`].
-pub(crate) fn with_boundary<const N: usize>(mut mesh: Mesh<N>) -> Mesh<N> {
-    let nodes = mesh.nodes_of_facets(&boundary_facets(&mesh));
-    mesh.node_sets.insert(BOUNDARY.into(), nodes);
-    mesh
-}
-
-/// Value at a point, as [`Found::at`].
-pub(crate) fn displacement_at(mesh: &AnyMesh, displacement: &[f64], point: [f64; 3]) -> [f64; 3] {
-    let points = mesh.points();
-    let distance = |node: usize| {
-        let x = points[node];
-        (0..3).map(|i| (x[i] - point[i]).powi(2)).sum::<f64>().sqrt()
-    };
-    let nearest = (0..points.len()).map(distance).fold(f64::INFINITY, f64::min);
-    let tie = |&node: &usize| distance(node) <= nearest + TIE;
-    let nodes: Vec<_> = (0..points.len()).filter(tie).collect();
-    std::array::from_fn(|i| {
-        nodes.iter().map(|&n| displacement[3 * n + i]).sum::<f64>() / nodes.len() as f64
-    })
+/// The mesh with its boundary as a node set, and the support that moves it.
+pub(crate) fn with_moved_boundary(
+    mesh: impl Into<AnyMesh>,
+    motion: impl Fn([f64; 3]) -> [f64; 3],
+) -> (AnyMesh, Vec<Support>) {
+    const BOUNDARY: &str = "boundary";
+    let mut mesh = mesh.into();
+    let facets = mesh.boundary_facets().into_iter();
+    let nodes: BTreeSet<usize> = facets.flat_map(|facet| mesh.nodes_of_facet(facet)).collect();
+    let moved = nodes.iter().map(|&node| motion(mesh.points()[node]).map(Some));
+    let displacement = Prescribed::PerNode(moved.collect());
+    mesh.node_sets_mut().insert(BOUNDARY.into(), nodes.into_iter().collect());
+    (mesh, vec![Support { nodes: BOUNDARY.into(), displacement }])
 }
 
 /// Distances \[length\] that count as equal.

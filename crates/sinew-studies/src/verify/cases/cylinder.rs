@@ -1,11 +1,11 @@
 //! Thick incompressible cylinder under internal pressure.
 
 use super::boxes::boxes;
-use super::radial::{RADII, inflation, rollers, surfaces};
+use super::radial::{RADII, rollers, surfaces};
 use crate::verify::case::{Band, Case, Effort, Rows};
 use crate::verify::reference::ThickCylinder;
 use crate::verify::solids::shells::cylinder_quarter;
-use crate::verify::solve::{mixed, scene};
+use crate::verify::solve::{mixed, pressed, scene};
 use anyhow::Result;
 use sinew_energy::Support;
 use sinew_energy::laws::NeoHookean;
@@ -66,9 +66,10 @@ fn compare(
     meshed: (String, Band),
 ) -> Result<()> {
     let closed = ThickCylinder { shear: THETA[0], inner: RADII[0], outer: RADII[1] };
-    let loads = inflation(closed.pressure(INFLATED));
+    let loads = pressed("inner", closed.pressure(INFLATED));
     let tube = scene(mesh, NeoHookean, &THETA, loads, supports);
     let found = mixed(tube, 0.0, &THETA)?;
-    let kind = if found.mesh.element().dimension == 2 { ", triangles" } else { ", tetrahedra" };
+    let kind =
+        if found.body.mesh.element().dimension == 2 { ", triangles" } else { ", tetrahedra" };
     surfaces(rows, meshed, &found, (2, kind), [INFLATED, closed.outer_radius(INFLATED)])
 }

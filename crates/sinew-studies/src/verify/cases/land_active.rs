@@ -3,10 +3,10 @@
 use super::land_ventricle::apexes;
 use crate::verify::case::{Band, Case, Effort, Formulation, Rows};
 use crate::verify::reference::published;
-use crate::verify::solve::{Found, equilibrium, mixed, scene};
+use crate::verify::solve::{displaced, mixed, pressed, scene};
 use anyhow::Result;
 use sinew_energy::laws::{ActiveTension, Guccione};
-use sinew_energy::{Law, Load, Magnitude, Scene, Solid, Strain, Support};
+use sinew_energy::{Law, Scene, Solid, Strain, Support};
 use sinew_fem::fibres::{EllipsoidWall, FibreRule};
 use sinew_mesh::TruncatedEllipsoid;
 
@@ -44,9 +44,8 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     }
     for &meshed in effort.levels(0, QUADRATIC) {
         let ventricle = ventricle(BULK, meshed.0, false)?;
-        let (solution, cost) = equilibrium(&ventricle.lower()?, &THETA)?;
-        let (mesh, displacement) = (ventricle.mesh, solution.displacement);
-        apexes(rows, Formulation::P2, meshed, &Found { mesh, displacement, cost }, exact)?;
+        let found = displaced(ventricle, Formulation::P2, &THETA)?;
+        apexes(rows, Formulation::P2, meshed, &found, exact)?;
     }
     Ok(())
 }
@@ -54,8 +53,7 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
 /// Ventricle whose material is laid at the quadrature points of its formulation.
 fn ventricle(bulk_modulus: f64, cells: [usize; 3], mixed: bool) -> Result<Scene> {
     let mesh = TruncatedEllipsoid::LAND.wall(cells).quadratic_tetrahedra();
-    let magnitude = Magnitude::Fixed(PRESSURE);
-    let loads = vec![Load::Pressure { facets: "endo".into(), magnitude }];
+    let loads = pressed("endo", PRESSURE);
     let law = Solid { strain: Strain::Whole, ..Guccione.nearly_incompressible(bulk_modulus) };
     let law = law.with_active(ActiveTension);
     let supports = vec![Support::clamped("base")];

@@ -4,10 +4,10 @@ use super::boxes::{Boxes, boxes};
 use super::homogeneous::FRAME;
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::verify::reference::published;
-use crate::verify::solve::{Found, along, equilibrium, lower, mixed, scene};
+use crate::verify::solve::{Found, displaced, mixed, pressed, scene};
 use anyhow::Result;
 use sinew_energy::laws::Guccione;
-use sinew_energy::{Load, Magnitude, Scene, Solid, Strain, Support};
+use sinew_energy::{Law, Scene, Solid, Strain, Support};
 use sinew_mesh::{AnyMesh, box_tetrahedra};
 
 /// C \[kPa\], b_f, b_t, b_fs.
@@ -66,11 +66,10 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
 
 fn bar(mesh: impl Into<AnyMesh>, bulk_modulus: f64) -> Scene {
     let mesh = mesh.into();
-    let magnitude = Magnitude::Fixed(PRESSURE);
-    let loads = vec![Load::Pressure { facets: "z_min".into(), magnitude }];
+    let loads = pressed("z_min", PRESSURE);
     let supports = vec![Support::clamped("x_min")];
     let law = Solid { strain: Strain::Whole, ..Guccione.nearly_incompressible(bulk_modulus) };
-    let material = along(&mesh, law, FRAME);
+    let material = law.along(vec![FRAME; mesh.cell_count()]);
     scene(mesh, material, &THETA, loads, supports)
 }
 
@@ -83,9 +82,7 @@ fn climb<M: Into<AnyMesh>>(
 ) -> Result<()> {
     for &meshed in ladder {
         let bar = bar(mesh(meshed.0), BULK).loose_rims();
-        let (solution, cost) = equilibrium(&lower(&bar, formulation)?, &THETA)?;
-        let (mesh, displacement) = (bar.mesh, solution.displacement);
-        push(rows, formulation, meshed, &Found { mesh, displacement, cost })?;
+        push(rows, formulation, meshed, &displaced(bar, formulation, &THETA)?)?;
     }
     Ok(())
 }

@@ -4,10 +4,10 @@ use super::homogeneous::FRAME;
 use super::radial::rollers;
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::verify::reference::published;
-use crate::verify::solve::{Found, along, mixed, scene};
+use crate::verify::solve::{Found, mixed, pressed, scene};
 use anyhow::Result;
 use sinew_energy::laws::Guccione;
-use sinew_energy::{Load, Magnitude, Solid, Strain, Support};
+use sinew_energy::{Law, Solid, Strain, Support};
 use sinew_mesh::{Sheet, TruncatedEllipsoid, Wall};
 
 /// C \[kPa\], b_f, b_t, b_fs: isotropic.
@@ -35,13 +35,12 @@ pub(super) const CASE: Case = Case {
 
 fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     for &meshed in effort.levels(1, LADDER) {
-        let mesh = quarter(TruncatedEllipsoid::LAND.wall(meshed.0)).quadratic_tetrahedra().into();
-        let magnitude = Magnitude::Fixed(PRESSURE);
-        let loads = vec![Load::Pressure { facets: "endo".into(), magnitude }];
+        let mesh = quarter(TruncatedEllipsoid::LAND.wall(meshed.0)).quadratic_tetrahedra();
+        let loads = pressed("endo", PRESSURE);
         let mut supports = rollers(&[("x_min", 0), ("y_min", 1)]);
         supports.push(Support::clamped("base"));
         let law = Solid { strain: Strain::Whole, ..Guccione.nearly_incompressible(BULK) };
-        let material = along(&mesh, law, FRAME);
+        let material = law.along(vec![FRAME; mesh.cells.len()]);
         let ventricle = scene(mesh, material, &THETA, loads, supports);
         let found = mixed(ventricle, 0.0, &THETA)?;
         apexes(rows, Formulation::Mixed, meshed, &found, published::LAND_VENTRICLE)?;

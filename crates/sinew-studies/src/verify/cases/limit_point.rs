@@ -1,10 +1,10 @@
 //! The largest pressure that a thick sphere bears.
 
-use super::radial::{OCTANT, RADII, inflation, octant, rollers};
+use super::radial::{OCTANT, RADII, octant, rollers};
 use crate::verify::case::{Band, Case, Cost, Effort, Formulation, Label, Rows};
 use crate::verify::reference::{LimitPoint, ThickSphere};
 use crate::verify::solids::shells::sphere_octant;
-use crate::verify::solve::scene;
+use crate::verify::solve::{pressed, scene};
 use anyhow::{Context, Result};
 use sinew_energy::laws::NeoHookean;
 use sinew_fem::{Line, Options, Solver};
@@ -37,7 +37,7 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     let closed = ThickSphere { shear: THETA[0], inner: RADII[0], outer: RADII[1] };
     let mesh = sphere_octant(RADII, cells).quadratic_tetrahedra();
     let supports = rollers(&OCTANT);
-    let sphere = scene(mesh, NeoHookean, &THETA, inflation(1.0), supports).mixed();
+    let sphere = scene(mesh, NeoHookean, &THETA, pressed("inner", 1.0), supports).mixed();
     let start = Instant::now();
     let body = sphere.lower()?;
     let mut solver = Solver::new(&body)?;

@@ -2,7 +2,7 @@
 
 use crate::verify::case::{Band, Case, Cost, Effort, Formulation, Label, Rows};
 use crate::verify::integrate::points;
-use crate::verify::solve::{BOUNDARY, equilibrium, scene, with_boundary};
+use crate::verify::solve::{equilibrium, scene, with_moved_boundary};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{FacetRule, Load, Support};
@@ -144,14 +144,13 @@ where
     AnyMesh: From<Mesh<N>>,
 {
     let exact = |x: [f64; 3]| Compressible::displacement(x);
-    let mesh = &with_boundary(mesh);
-    let supports = vec![Support::moved(BOUNDARY, mesh, exact)];
     let mut forces = vec![[0.0; 3]; mesh.points.len()];
-    add_body_force::<Compressible, N>(mesh, THETA, &mut forces);
+    add_body_force::<Compressible, N>(&mesh, &mut forces);
     let loads = vec![Load::NodalForces(forces)];
-    let potential = scene(mesh.clone(), NeoHookean, &THETA, loads, supports).lower()?;
-    let (solution, cost) = equilibrium(&potential, &THETA)?;
-    Ok((displacement_errors::<Compressible, N>(mesh, &solution.displacement), cost))
+    let (held, supports) = with_moved_boundary(mesh.clone(), exact);
+    let body = scene(held, NeoHookean, &THETA, loads, supports).lower()?;
+    let (solution, cost) = equilibrium(&body, &THETA)?;
+    Ok((displacement_errors::<Compressible, N>(&mesh, &solution.displacement), cost))
 }
 
 /// Relative errors in L² and H¹ and of the pressure in L² of the incompressible body.
@@ -162,8 +161,8 @@ fn solve_mixed(mesh: Mesh<10>) -> Result<([f64; 3], Cost)> {
         .map(|side| Support::moved(side, mesh, exact))
         .into();
     let mut forces = vec![[0.0; 3]; mesh.points.len()];
-    add_body_force::<Incompressible, 10>(mesh, THETA, &mut forces);
-    add_traction::<Incompressible>(mesh, THETA, &mut forces);
+    add_body_force::<Incompressible, 10>(mesh, &mut forces);
+    add_traction::<Incompressible>(mesh, &mut forces);
     let loads = vec![Load::NodalForces(forces)];
     let body = scene(mesh.clone(), NeoHookean, &THETA, loads, held).mixed().lower()?;
     let (solution, cost) = equilibrium(&body, &THETA)?;
@@ -219,7 +218,8 @@ fn taylor<E: Exact>(at: [f64; 3]) -> [Jet<3>; 3] {
 
 /// First Piola–Kirchhoff stress with its derivatives in X:
 /// `P = μF + (λ ln J − μ)F⁻ᵀ + p cof F`.
-fn stress<E: Exact>(at: [f64; 3], [shear, lame]: [f64; 2]) -> [[Slope<3>; 3]; 3] {
+fn stress<E: Exact>(at: [f64; 3]) -> [[Slope<3>; 3]; 3] {
+    let [shear, lame] = THETA;
     let u = taylor::<E>(at);
     let f = Mat3::from_fn(|i, j| Slope::<3> {
         value: u[i].gradient[j] + if i == j { 1.0 } else { 0.0 },
@@ -235,13 +235,9 @@ fn stress<E: Exact>(at: [f64; 3], [shear, lame]: [f64; 2]) -> [[Slope<3>; 3]; 3]
 }
 
 /// Adds the nodal forces of `−Div P`.
-fn add_body_force<E: Exact, const N: usize>(
-    mesh: &Mesh<N>,
-    theta: [f64; 2],
-    force: &mut [[f64; 3]],
-) {
+fn add_body_force<E: Exact, const N: usize>(mesh: &Mesh<N>, force: &mut [[f64; 3]]) {
     for point in points(mesh, fine_rule::<N>()) {
-        let stress = stress::<E>(point.at, theta);
+        let stress = stress::<E>(point.at);
         for i in 0..3 {
             let density: f64 = -(0..3).map(|j| stress[i][j].gradient[j]).sum::<f64>();
             for (&node, shape) in point.nodes.iter().zip(&point.shape) {
@@ -252,7 +248,7 @@ fn add_body_force<E: Exact, const N: usize>(
 }
 
 /// Adds the nodal forces of `PN` on the side x = 1.
-fn add_traction<E: Exact>(mesh: &Mesh<10>, theta: [f64; 2], force: &mut [[f64; 3]]) {
+fn add_traction<E: Exact>(mesh: &Mesh<10>, force: &mut [[f64; 3]]) {
     let rule = FacetRule::of_cells::<10>();
     for facet in &mesh.facet_sets["x_max"] {
         let nodes: Vec<_> = sinew_mesh::QuadraticTetMesh::ELEMENT.facets[facet.opposite]
@@ -266,7 +262,7 @@ fn add_traction<E: Exact>(mesh: &Mesh<10>, theta: [f64; 2], force: &mut [[f64; 3
             let [along, across] = [0, 1].map(|k| [1, 2].map(|i| sum(&point.slope[k], i)));
             let area = point.weight * (along[0] * across[1] - along[1] * across[0]);
             let at = std::array::from_fn(|i| sum(&point.shape, i));
-            let stress = stress::<E>(at, theta);
+            let stress = stress::<E>(at);
             for (&node, shape) in nodes.iter().zip(&point.shape) {
                 (0..3).for_each(|i| force[node][i] += area * shape * stress[i][0].value);
             }

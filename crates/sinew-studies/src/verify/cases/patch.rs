@@ -2,11 +2,10 @@
 
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::verify::solids::distort::Distort as _;
-use crate::verify::solve::{BOUNDARY, equilibrium, lower, mixed, scene, with_boundary};
+use crate::verify::solve::{Found, displaced, mixed, scene, with_moved_boundary};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Scene, Support};
-use sinew_mesh::{AnyMesh, Mesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
+use sinew_mesh::{AnyMesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
 
 type Matrix = [[f64; 3]; 3];
 
@@ -40,71 +39,54 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     let hexes = box_hexahedra([1.0; 3], [cells; 3]).distorted(seed, amplitude);
     let triangles = rectangle_triangles([1.0; 2], [cells; 2]).distorted(seed, amplitude);
     for theta in THETAS {
-        compare(rows, Formulation::P1, &tets, &SPACE, theta)?;
-        compare(rows, Formulation::FBar, &tets, &SPACE, theta)?;
-        compare(rows, Formulation::P2, &tets.quadratic(), &SPACE, theta)?;
-        compare(rows, Formulation::Q1, &hexes, &SPACE, theta)?;
-        compare(rows, Formulation::Q1FBar, &hexes, &SPACE, theta)?;
-        compare(rows, Formulation::P1, &triangles, &PLANE, theta)?;
-        compare(rows, Formulation::P2, &triangles.quadratic(), &PLANE, theta)?;
-        compare_mixed(rows, tets.quadratic(), theta)?;
+        compare(rows, Formulation::P1, tets.clone(), &SPACE, theta)?;
+        compare(rows, Formulation::FBar, tets.clone(), &SPACE, theta)?;
+        compare(rows, Formulation::P2, tets.quadratic(), &SPACE, theta)?;
+        compare(rows, Formulation::Q1, hexes.clone(), &SPACE, theta)?;
+        compare(rows, Formulation::Q1FBar, hexes.clone(), &SPACE, theta)?;
+        compare(rows, Formulation::P1, triangles.clone(), &PLANE, theta)?;
+        compare(rows, Formulation::P2, triangles.quadratic(), &PLANE, theta)?;
+        compare(rows, Formulation::Mixed, tets.quadratic(), &SPACE, theta)?;
     }
     Ok(())
 }
 
-fn compare<const N: usize>(
+fn compare(
     rows: &mut Rows<'_>,
     formulation: Formulation,
-    mesh: &Mesh<N>,
+    mesh: impl Into<AnyMesh>,
     f: &Matrix,
     theta: [f64; 2],
-) -> Result<()>
-where
-    AnyMesh: From<Mesh<N>>,
-{
-    let (scene, exact) = moved(mesh.clone(), f, theta);
-    let potential = lower(&scene, formulation)?;
-    let (solution, cost) = equilibrium(&potential, &theta)?;
-    let label = |quantity: &str| Label::new(formulation, setup::<N>(theta), quantity);
+) -> Result<()> {
+    let motion = |x: [f64; 3]| -> [f64; 3] {
+        std::array::from_fn(|i| (0..3).map(|j| f[i][j] * x[j]).sum::<f64>() - x[i])
+    };
+    let (mesh, supports) = with_moved_boundary(mesh, motion);
+    let scene = scene(mesh, NeoHookean, &theta, vec![], supports);
+    let found = match formulation {
+        // With a finite bulk modulus, so that the boundary may change the volume.
+        Formulation::Mixed => mixed(scene, 1.0 / theta[1], &theta)?,
+        _ => displaced(scene, formulation, &theta)?,
+    };
+    let Found { body, solution, cost } = found;
+    let setup = format!("{}, λ/μ = {}", body.mesh.element().plural, theta[1] / theta[0]);
+    let label = |quantity: &str| Label::new(formulation, setup.clone(), quantity);
+    let exact: Vec<f64> = body.positions.iter().flat_map(|&x| motion(x)).collect();
     let error = largest_difference(&solution.displacement, &exact);
     rows.absolute(label("displacement off x = FX"), [error, 0.0], DISPLACEMENT, cost)?;
+    if formulation == Formulation::Mixed {
+        return Ok(());
+    }
 
     let mut forces = vec![0.0; exact.len()];
-    potential.value_and_gradient(&exact, &theta, &mut forces);
+    body.value_and_gradient(&exact, &theta, &mut forces);
     let largest = |held: bool| {
-        let forces = forces.iter().zip(&potential.prescribed);
+        let forces = forces.iter().zip(&body.prescribed);
         let chosen = forces.filter(|(_, p)| p.is_some() == held).map(|(force, _)| force.abs());
         chosen.fold(0.0, f64::max)
     };
     let unbalanced = largest(false) / largest(true);
     rows.absolute(label("unbalanced force at x = FX"), [unbalanced, 0.0], FORCE, cost)
-}
-
-/// A field of pressure with a finite bulk modulus, so that the boundary may change the volume.
-fn compare_mixed(rows: &mut Rows<'_>, mesh: Mesh<10>, theta: [f64; 2]) -> Result<()> {
-    let (scene, exact) = moved(mesh, &SPACE, theta);
-    let found = mixed(scene, 1.0 / theta[1], &theta)?;
-    let label = Label::new(Formulation::Mixed, setup::<10>(theta), "displacement off x = FX");
-    let error = largest_difference(&found.displacement, &exact);
-    rows.absolute(label, [error, 0.0], DISPLACEMENT, found.cost)
-}
-
-fn setup<const N: usize>(theta: [f64; 2]) -> String {
-    format!("{}, λ/μ = {}", sinew_mesh::Mesh::<N>::ELEMENT.plural, theta[1] / theta[0])
-}
-
-/// The body with a moved boundary, and the exact displacement.
-fn moved<const N: usize>(mesh: Mesh<N>, f: &Matrix, theta: [f64; 2]) -> (Scene, Vec<f64>)
-where
-    AnyMesh: From<Mesh<N>>,
-{
-    let motion = |x: [f64; 3]| -> [f64; 3] {
-        std::array::from_fn(|i| (0..3).map(|j| f[i][j] * x[j]).sum::<f64>() - x[i])
-    };
-    let mesh = with_boundary(mesh);
-    let exact = mesh.points.iter().flat_map(|&x| motion(x)).collect();
-    let supports = vec![Support::moved(BOUNDARY, &mesh, motion)];
-    (scene(mesh, NeoHookean, &theta, vec![], supports), exact)
 }
 
 fn largest_difference(a: &[f64], b: &[f64]) -> f64 {

@@ -3,8 +3,7 @@
 use crate::verify::case::{Band, Formulation, Label, Rows};
 use crate::verify::solve::Found;
 use anyhow::Result;
-use sinew_energy::{Load, Magnitude, Support};
-use sinew_mesh::AnyMesh;
+use sinew_energy::Support;
 
 /// Inner and outer radius of spheres and cylinders.
 pub(super) const RADII: [f64; 2] = [1.0, 2.0];
@@ -18,17 +17,12 @@ pub(super) fn surfaces(
     exact: [f64; 2],
 ) -> Result<()> {
     for ((side, exact), rest) in ["inner", "outer"].into_iter().zip(exact).zip(RADII) {
-        let value = outward(&found.mesh, side, &found.displacement, dimension);
+        let value = outward(found, side, dimension);
         let quantity = format!("displacement of the {side} surface{kind}");
         let label = Label::new(Formulation::Mixed, setup.clone(), quantity);
         rows.relative(label, [value, exact - rest], band, found.cost)?;
     }
     Ok(())
-}
-
-/// A follower pressure on the inner surface.
-pub(super) fn inflation(pressure: f64) -> Vec<Load> {
-    vec![Load::Pressure { facets: "inner".into(), magnitude: Magnitude::Fixed(pressure) }]
 }
 
 /// Planes of symmetry of an octant.
@@ -46,14 +40,14 @@ pub(super) fn rollers(sides: &[(&str, usize)]) -> Vec<Support> {
 }
 
 /// Mean displacement of a side away from the centre; for cylinders from the z axis, along which nothing moves.
-pub(super) fn outward(mesh: &AnyMesh, side: &str, displacement: &[f64], dimension: usize) -> f64 {
-    let nodes = &mesh.node_sets()[side];
+pub(super) fn outward(found: &Found, side: &str, dimension: usize) -> f64 {
+    let nodes = &found.body.mesh.node_sets()[side];
     let moved = |&node: &usize| {
         let (mut before, mut after) = (0.0, 0.0);
         for i in 0..dimension {
-            let x = mesh.points()[node][i];
+            let x = found.body.positions[node][i];
             before += x * x;
-            after += (x + displacement[3 * node + i]).powi(2);
+            after += (x + found.solution.displacement[3 * node + i]).powi(2);
         }
         f64::sqrt(after) - f64::sqrt(before)
     };

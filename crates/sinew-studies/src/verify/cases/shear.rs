@@ -2,11 +2,10 @@
 
 use super::homogeneous::{Material, Meshes, exponentials, mean_stress};
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Measure, Row, Rows};
-use crate::verify::solve::{BOUNDARY, equilibrium, lower, with_boundary};
+use crate::verify::solve::{Found, displaced, with_moved_boundary};
 use anyhow::{Context, Result};
-use sinew_energy::Support;
 use sinew_energy::laws::{ByYoungPoisson, LinearElastic, NeoHookean};
-use sinew_mesh::{AnyMesh, Mesh};
+use sinew_mesh::AnyMesh;
 
 /// Relative: eight digits.
 const EIGHT_DIGITS: Band = Band::below(1e-8);
@@ -55,26 +54,23 @@ impl Meshes {
         stress: Stress<'_>,
     ) -> Result<()> {
         let Self { tets, hexes } = self;
-        rows.push(worst(effort, Formulation::P1, tets, material, stress)?);
-        rows.push(worst(effort, Formulation::P2, &tets.quadratic(), material, stress)?);
-        rows.push(worst(effort, Formulation::FBar, tets, material, stress)?);
-        rows.push(worst(effort, Formulation::Q1, hexes, material, stress)?);
-        rows.push(worst(effort, Formulation::Q1FBar, hexes, material, stress)?);
+        rows.push(worst(effort, Formulation::P1, tets.clone(), material, stress)?);
+        rows.push(worst(effort, Formulation::P2, tets.quadratic(), material, stress)?);
+        rows.push(worst(effort, Formulation::FBar, tets.clone(), material, stress)?);
+        rows.push(worst(effort, Formulation::Q1, hexes.clone(), material, stress)?);
+        rows.push(worst(effort, Formulation::Q1FBar, hexes.clone(), material, stress)?);
         Ok(())
     }
 }
 
 /// The row of the state with the largest error.
-fn worst<const N: usize>(
+fn worst(
     effort: Effort,
     formulation: Formulation,
-    mesh: &Mesh<N>,
+    mesh: impl Into<AnyMesh> + Clone,
     material: &Material,
     stress: Stress<'_>,
-) -> Result<Row>
-where
-    AnyMesh: From<Mesh<N>>,
-{
+) -> Result<Row> {
     let Material { name, theta, .. } = material;
     let mut worst: Option<Row> = None;
     for &amount in effort.levels(1, &AMOUNTS) {
@@ -84,11 +80,10 @@ where
                 u[along] = amount * x[normal];
                 u
             };
-            let mesh = with_boundary(mesh.clone());
-            let supports = vec![Support::moved(BOUNDARY, &mesh, slide)];
-            let potential = lower(&material.scene(mesh, supports), formulation)?;
-            let (solution, cost) = equilibrium(&potential, theta)?;
-            let piola = mean_stress(&potential, &solution.displacement, theta);
+            let (mesh, supports) = with_moved_boundary(mesh.clone(), slide);
+            let Found { body, solution, cost } =
+                displaced(material.scene(mesh, supports), formulation, theta)?;
+            let piola = mean_stress(&body, &solution.displacement, theta);
             // σ = PFᵀ with F = I + γ e_along ⊗ e_normal, J = 1.
             let found = piola[normal][along] + amount * piola[normal][normal];
             let setup = format!("{name}, {plane}, γ = {amount}");

@@ -1,10 +1,10 @@
 //! Thick incompressible sphere under internal pressure.
 
-use super::radial::{OCTANT, RADII, inflation, octant, rollers, surfaces};
+use super::radial::{OCTANT, RADII, octant, rollers, surfaces};
 use crate::verify::case::{Band, Case, Effort, Rows};
 use crate::verify::reference::ThickSphere;
 use crate::verify::solids::shells::sphere_octant;
-use crate::verify::solve::{mixed, scene};
+use crate::verify::solve::{mixed, pressed, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
 
@@ -35,7 +35,7 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     for &(cells, band) in effort.levels(2, LADDER) {
         let mesh = sphere_octant(RADII, cells).quadratic_tetrahedra();
         let supports = rollers(&OCTANT);
-        let sphere = scene(mesh, NeoHookean, &THETA, inflation(pressure), supports);
+        let sphere = scene(mesh, NeoHookean, &THETA, pressed("inner", pressure), supports);
         let found = mixed(sphere, 0.0, &THETA)?;
         let setup = octant(cells);
         let exact = [INFLATED, closed.outer_radius(INFLATED)];

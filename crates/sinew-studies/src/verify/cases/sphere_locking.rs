@@ -1,10 +1,10 @@
 //! Thick sphere from compressible to nearly incompressible.
 
-use super::radial::{OCTANT, RADII, inflation, octant, outward, rollers};
+use super::radial::{OCTANT, RADII, octant, outward, rollers};
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::verify::reference::CompressibleSphere;
 use crate::verify::solids::shells::sphere_octant;
-use crate::verify::solve::{displaced, scene};
+use crate::verify::solve::{displaced, pressed, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
 use sinew_mesh::AnyMesh;
@@ -68,9 +68,10 @@ fn climb<M: Into<AnyMesh>>(
         let exact = CompressibleSphere { shear: 1.0, lame, inner, outer }.inflate(PRESSURE)?;
         for (&cells, &error) in meshes.iter().zip(errors) {
             let supports = rollers(&OCTANT);
-            let sphere = scene(mesh(cells), NeoHookean, &theta, inflation(PRESSURE), supports);
+            let sphere =
+                scene(mesh(cells), NeoHookean, &theta, pressed("inner", PRESSURE), supports);
             let found = displaced(sphere, formulation, &theta)?;
-            let value = outward(&found.mesh, "inner", &found.displacement, 3);
+            let value = outward(&found, "inner", 3);
             let setup = octant(cells);
             let quantity = format!("displacement of the inner surface, λ/μ = {lame}");
             let label = Label::new(formulation, setup, quantity);

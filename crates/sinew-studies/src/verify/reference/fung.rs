@@ -120,11 +120,7 @@ impl Fung {
             Biaxial::InPlane => ([stretch, stretch, stretch.powi(-2)], 2),
             Biaxial::Along(axis) => {
                 let (first, second) = ((axis + 1) % 3, (axis + 2) % 3);
-                let block = |across: f64| {
-                    let mut stretches = [stretch; 3];
-                    (stretches[first], stretches[second]) = (across, 1.0 / (stretch * across));
-                    stretches
-                };
+                let block = |across: f64| along(axis, stretch, [across, 1.0 / (stretch * across)]);
                 let gap = |across: f64| {
                     let stress = extra(block(across));
                     stress[first] - stress[second]
@@ -157,11 +153,7 @@ impl Fung {
             }
             Biaxial::Along(axis) => {
                 let (first, second) = ((axis + 1) % 3, (axis + 2) % 3);
-                let block = |a: f64, b: f64| {
-                    let mut stretches = [stretch; 3];
-                    (stretches[first], stretches[second]) = (a, b);
-                    stretches
-                };
+                let block = |a: f64, b: f64| along(axis, stretch, [a, b]);
                 let other = |a: f64| root(|b| stress(block(a, b))[second], WIDEST);
                 let pull = |a: f64| other(a).map_or(f64::NAN, |b| stress(block(a, b))[first]);
                 // Away from the incompressible width no other width frees both pairs of faces.
@@ -172,4 +164,11 @@ impl Fung {
         };
         Ok(Stretched { stretches, stress: stress(stretches) })
     }
+}
+
+/// Stretches of a block along an axis and those that follow it.
+fn along(axis: usize, stretch: f64, [first, second]: [f64; 2]) -> [f64; 3] {
+    let mut stretches = [stretch; 3];
+    (stretches[(axis + 1) % 3], stretches[(axis + 2) % 3]) = (first, second);
+    stretches
 }

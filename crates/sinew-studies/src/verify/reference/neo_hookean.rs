@@ -18,10 +18,7 @@ pub struct Bar {
 /// # Errors
 /// [`NoSignChange`] for stretches or parameters that are not positive.
 pub fn uniaxial_bar(shear: f64, lame: f64, stretch: f64) -> Result<Bar, NoSignChange> {
-    let pull = |t: f64| principal_stress(shear, lame, t, stretch * t * t);
-    let across = root(pull, [1e-3, 1e3])?;
-    let stretches = [stretch, across, across];
-    Ok(bar(shear, lame, stretches, across))
+    bar(shear, lame, |across| [stretch, across, across])
 }
 
 /// A sheet stretched alike along two axes.
@@ -29,16 +26,17 @@ pub fn uniaxial_bar(shear: f64, lame: f64, stretch: f64) -> Result<Bar, NoSignCh
 /// # Errors
 /// [`NoSignChange`] for stretches or parameters that are not positive.
 pub fn equibiaxial_bar(shear: f64, lame: f64, stretch: f64) -> Result<Bar, NoSignChange> {
-    let pull = |t: f64| principal_stress(shear, lame, t, stretch * stretch * t);
-    let across = root(pull, [1e-3, 1e3])?;
-    Ok(bar(shear, lame, [stretch, stretch, across], across))
+    bar(shear, lame, |across| [stretch, stretch, across])
 }
 
-fn bar(shear: f64, lame: f64, stretches: [f64; 3], across: f64) -> Bar {
-    let volume: f64 = stretches.iter().product();
+fn bar(shear: f64, lame: f64, stretches: impl Fn(f64) -> [f64; 3]) -> Result<Bar, NoSignChange> {
+    let volume = |across: f64| stretches(across).iter().product::<f64>();
+    let pull = |across: f64| principal_stress(shear, lame, across, volume(across));
+    let across = root(pull, [1e-3, 1e3])?;
+    let (stretches, volume) = (stretches(across), volume(across));
     let excess = stretches.iter().map(|s| s * s).sum::<f64>() - 3.0;
     let energy = 0.5 * lame * volume.ln().powi(2) - shear * volume.ln() + 0.5 * shear * excess;
-    Bar { across, stress: principal_stress(shear, lame, stretches[0], volume), energy }
+    Ok(Bar { across, stress: principal_stress(shear, lame, stretches[0], volume), energy })
 }
 
 /// Piola stress along a principal axis: `μ(s − 1/s) + λ ln J / s`.
