@@ -9,6 +9,7 @@ pub mod beams;
 pub mod calibration;
 pub mod coverage;
 pub mod gp;
+mod hearts;
 pub mod manifest;
 pub mod measure;
 pub mod organs;

@@ -4,6 +4,7 @@ mod anchors;
 mod bulk_moduli;
 mod by_size;
 mod locking;
+mod mean_ventricle;
 mod organ;
 mod patient_cost;
 mod real_heart;

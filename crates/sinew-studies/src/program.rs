@@ -2,12 +2,15 @@
 
 use crate::manifest;
 use anyhow::{Result, ensure};
+use clap::ValueEnum;
+use rand::Rng;
 use serde::{Serialize, de::DeserializeOwned};
 use sinew_emulate::{
     Body, Design, Simulations, Terminal, TestSet, TrainingOptions, simulate, split_seed, store,
 };
 use sinew_energy::{Parameter, Sampling};
 use sinew_report::{Provenance, Report, Section};
+use sinew_sample::standard_normals;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -134,4 +137,14 @@ pub fn range(rows: &[Vec<Option<f64>>]) -> [f64; 2] {
         [low.min(*value), high.max(*value)]
     });
     if ends[0] <= ends[1] { ends } else { [0.0, 1.0] }
+}
+
+/// A standard normal number.
+pub(crate) fn standard_normal(random: &mut impl Rng) -> f64 {
+    standard_normals(1, random)[0]
+}
+
+/// Name of a choice on the command line.
+pub(crate) fn key(choice: impl ValueEnum) -> String {
+    choice.to_possible_value().map_or_else(String::new, |value| value.get_name().into())
 }

@@ -88,7 +88,7 @@ pub fn cpu_seconds_of_children() -> f64 {
 ///
 /// # Errors
 /// Those of the call.
-pub fn cpu_seconds_of(mut call: impl FnMut() -> Result<()>) -> Result<f64> {
+pub fn cpu_seconds_of<T>(mut call: impl FnMut() -> Result<T>) -> Result<f64> {
     /// Long beside a tick of the clock \[s\].
     const ENOUGH: f64 = 0.5;
     let (start, mut calls) = (cpu_seconds(), 0.0);
@@ -113,4 +113,11 @@ fn spent(first: usize) -> f64 {
     let ticks: Vec<f64> =
         fields.skip(first).take(2).filter_map(|field| field.parse().ok()).collect();
     if ticks.len() == 2 { (ticks[0] + ticks[1]) / TICKS } else { f64::NAN }
+}
+
+/// Largest resident memory of this process so far \[kB\], where the system tells it.
+pub fn peak_kb() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.split_whitespace().next()?.parse().ok()
 }

@@ -7,6 +7,7 @@ use sinew::Body;
 use sinew_emulate::Estimate;
 use sinew_energy::metrics::displacement_error;
 use sinew_fem::{Options, Solver};
+use sinew_num::norm;
 
 /// True error relative to the displacement up to which an answer is good.
 pub(super) const GOOD: f64 = 0.02;
@@ -160,10 +161,6 @@ fn ratio(solver: &mut Solver<'_>, answer: &Answer<'_>, truth: &[f64]) -> Result<
 
 fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
-}
-
-fn norm(v: &[f64]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 fn median(mut values: Vec<f64>) -> f64 {

@@ -1,11 +1,11 @@
 //! Newton iterations from rest by the bulk modulus: beams under gravity and ventricles under pressure.
 
+use super::mean_ventricle::ventricle;
 use anyhow::{Context, Result};
-use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
-use sinew_energy::{Body, Law, Load, Magnitude, Parameter, Scene, Support};
-use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
+use sinew_energy::laws::NeoHookean;
+use sinew_energy::{Body, Load, Parameter, Scene, Support};
 use sinew_fem::{Options, Solver};
-use sinew_mesh::{VentricleShape, box_tetrahedra};
+use sinew_mesh::box_tetrahedra;
 use std::time::Instant;
 
 /// Parameter sets of a body.
@@ -23,24 +23,6 @@ fn quadratic_beam() -> Result<Body> {
     let mesh = box_tetrahedra([100.0, 10.0, 10.0], [6, 2, 2]).quadratic();
     let Scene { parameters, loads, supports, .. } = beam();
     Ok(Scene { parameters, loads, supports, ..Scene::new(mesh, NeoHookean) }.lower()?)
-}
-
-fn ventricle(bulk_modulus: f64, averaged: bool) -> Result<Body> {
-    let mesh = VentricleShape::new(&[])?.tetrahedra([2, 16, 8])?;
-    let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
-    let frames = by_rule(&mesh, &surfaces, &FibreRule::SIXTY)?;
-    let pressure = Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(4) };
-    let law = HolzapfelOgden.nearly_incompressible(bulk_modulus); // kPa
-    let fibres = frames.iter().map(|&[fibre, _, _]| [fibre]).collect();
-    let scene = Scene::new(mesh, law.along(fibres))
-        .parameter(Parameter::log("a", "kPa", 0.1..=0.26))
-        .parameter(Parameter::log("b", "1", 1.0..=4.2))
-        .parameter(Parameter::log("a_f", "kPa", 1.5..=5.18))
-        .parameter(Parameter::log("b_f", "1", 1.0..=4.46))
-        .parameter(Parameter::linear("p", "kPa", 0.53..=1.33))
-        .load(pressure)
-        .support(Support::clamped("base"));
-    Ok(if averaged { scene.averaged().lower()? } else { scene.lower()? })
 }
 
 /// A permutation of places for each parameter, from the lower end of its range to the upper one.
@@ -82,7 +64,7 @@ pub(super) fn run() -> Result<()> {
     }
     for bulk_modulus in [25.0, 1e3, 1e4, 1e5] {
         for (kind, is_averaged) in [("plain", false), ("averaged", true)] {
-            let body = ventricle(bulk_modulus, is_averaged)?;
+            let body = ventricle([2, 16, 8], bulk_modulus, is_averaged)?;
             let ranges: Vec<[f64; 2]> = body.parameters.iter().map(|p| p.range).collect();
             let name = format!("{kind} ventricle, K {bulk_modulus} kPa");
             measure(&name, &body, &thetas(&ranges))?;

@@ -1,41 +1,17 @@
 //! Cost of preparation and of an answer by the size of a body, beside a sweep of the solver, with the true errors of the answers.
 
-use crate::timing::cpu_seconds;
+use super::mean_ventricle::{BULK_MODULUS, ventricle};
+use crate::timing::{cpu_seconds, peak_kb};
 use anyhow::Result;
 use clap::ValueEnum;
 use sinew_emulate::{Answers, Design, Emulator};
-use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
-use sinew_energy::{
-    Body, Law, Load, Magnitude, Parameter, Scene, Support, metrics::mean_and_largest,
-};
-use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
+use sinew_energy::laws::NeoHookean;
+use sinew_energy::{Body, Load, Parameter, Scene, Support, metrics::mean_and_largest};
 use sinew_fem::{CHAIN, Options, sweep};
-use sinew_mesh::{VentricleShape, box_tetrahedra};
+use sinew_mesh::box_tetrahedra;
 use std::sync::{Mutex, PoisonError};
 
 const SEED: u64 = 7;
-/// Bulk modulus of ventricles \[kPa\].
-const BULK_MODULUS: f64 = 25.0;
-
-/// A ventricle of the mean shape under a pressure; bulk modulus \[kPa\].
-pub(super) fn ventricle(cells: [usize; 3], bulk_modulus: f64, averaged: bool) -> Result<Body> {
-    let mesh = VentricleShape::new(&[])?.tetrahedra(cells)?;
-    let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
-    let frames = by_rule(&mesh, &surfaces, &FibreRule::SIXTY)?;
-    let pressure = Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(4) };
-    let law = HolzapfelOgden.nearly_incompressible(bulk_modulus);
-    let fibres = frames.iter().map(|&[fibre, _, _]| [fibre]).collect();
-    let scene = Scene::new(mesh, law.along(fibres))
-        .parameter(Parameter::log("a", "kPa", 0.1..=0.26))
-        .parameter(Parameter::log("b", "1", 1.0..=4.2))
-        .parameter(Parameter::log("a_f", "kPa", 1.5..=5.18))
-        .parameter(Parameter::log("b_f", "1", 1.0..=4.46))
-        .parameter(Parameter::linear("p", "kPa", 0.53..=1.33)) // 4 to 10 mmHg
-        .load(pressure)
-        .support(Support::clamped("base"));
-    Ok(if averaged { scene.averaged().lower()? } else { scene.lower()? })
-}
-
 fn block(cells: [usize; 3]) -> Result<Body> {
     let scene = Scene::new(box_tetrahedra([60.0, 30.0, 30.0], cells), NeoHookean)
         .parameter(Parameter::log("mu", "kPa", 1.0..=5.0))
@@ -47,10 +23,7 @@ fn block(cells: [usize; 3]) -> Result<Body> {
 
 /// Largest resident memory of this process so far \[GB\], where the system tells it.
 pub(super) fn peak_gb() -> f64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find(|line| line.starts_with("VmHWM"));
-    let kb = line.and_then(|line| line.split_whitespace().nth(1)?.parse::<f64>().ok());
-    kb.map_or(f64::NAN, |kb| kb / 1e6)
+    peak_kb().map_or(f64::NAN, |kb| kb / 1e6)
 }
 
 #[derive(Clone, Copy, ValueEnum)]

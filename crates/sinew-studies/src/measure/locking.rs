@@ -1,12 +1,12 @@
 //! Displacement that linear tetrahedra lose, by the estimate and by a solve in quadratic ones.
 
+use super::mean_ventricle::fibres;
 use super::organ::ventricle::{self, BULK_MODULUS, MMHG};
 use super::organ::ventricles::{published, ventricles};
-use super::real_heart::{measured, meshed, with_fibres};
+use super::real_heart::{measured, with_fibres};
 use anyhow::{Context, Result, bail};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, Support};
-use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
 use sinew_fem::{Options, Solver, compare_formulations, locking};
 use sinew_mesh::{AnyMesh, TetMesh, TruncatedEllipsoid, box_tetrahedra};
 use std::path::Path;
@@ -85,9 +85,7 @@ fn livers() -> Result<()> {
 fn ellipsoid(cells: [usize; 3]) -> Result<Scene> {
     let shape = TruncatedEllipsoid { short: [22.0, 36.0], long: [58.0, 74.0], base: 0.0 };
     let mut mesh = shape.wall(cells).tetrahedra();
-    let names = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
-    let frames = by_rule(&mesh, &names, &FibreRule::SIXTY)?;
-    let fibres: Vec<[f64; 3]> = frames.iter().map(|frame| frame[0]).collect();
+    let fibres = fibres(&mesh, ["endo", "epi", "base"])?;
     mesh.cell_fields.insert("fibre".into(), sinew_mesh::Field::vectors(&fibres));
     let cavity = mesh.facet_sets["endo"].clone();
     mesh.facet_sets.insert("region:1".into(), cavity);
@@ -101,7 +99,7 @@ fn hearts() -> Result<()> {
         return Ok(());
     }
     for (name, surfaces) in measured(&folder)?.iter().step_by(2) {
-        let scene = ventricle::scene(with_fibres(&meshed(surfaces, 700)?)?, BULK_MODULUS);
+        let scene = ventricle::scene(with_fibres(&surfaces.wall(700)?)?, BULK_MODULUS);
         rows(&format!("real heart, frame {name}"), scene, &[0.2, 3.0, 3.0, 3.0, 12.0 * MMHG])?;
     }
     Ok(())

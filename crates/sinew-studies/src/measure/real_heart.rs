@@ -1,18 +1,13 @@
 //! Meshes the left ventricle of a real heart over one beat from its surfaces, and loads it to 8 mmHg.
 
 use super::organ::ventricle::{BULK_MODULUS, MMHG, scene};
+use crate::hearts;
 use anyhow::Result;
 use sinew_fem::fibres::{Depth, FibreRule, Surfaces, VentricleCoordinates};
 use sinew_fem::{Options, Solver};
-use sinew_mesh::{
-    Chamber, ChamberWall, Field, Size, TetMesh, TriangleMesh, TruncatedEllipsoid, WallOptions,
-    extract_surface, read_mesh,
-};
+use sinew_mesh::{ChamberWall, Field, TetMesh, TruncatedEllipsoid, extract_surface};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-/// Endocardium, epicardium and, where there is one, septum.
-type Surfaces3 = (TriangleMesh, TriangleMesh, Option<TriangleMesh>);
 
 /// Meshes with about so many nodes each, loaded to a pressure \[mmHg\].
 pub(super) fn run(sizes: &[usize], pressure: f64) -> Result<()> {
@@ -47,9 +42,9 @@ pub(super) fn run(sizes: &[usize], pressure: f64) -> Result<()> {
     Ok(())
 }
 
-fn row(name: &str, surfaces: &Surfaces3, nodes: usize, pressure: f64) -> Result<()> {
+fn row(name: &str, surfaces: &hearts::Surfaces, nodes: usize, pressure: f64) -> Result<()> {
     let start = Instant::now();
-    let wall = meshed(surfaces, nodes)?;
+    let wall = surfaces.wall(nodes)?;
     let seconds = start.elapsed().as_secs_f64();
     let (mesh, report) = (with_fibres(&wall)?, wall.report());
     let quality = &report.quality;
@@ -79,13 +74,6 @@ fn row(name: &str, surfaces: &Surfaces3, nodes: usize, pressure: f64) -> Result<
     Ok(())
 }
 
-/// The wall between surfaces with about so many nodes.
-pub(super) fn meshed(surfaces: &Surfaces3, nodes: usize) -> Result<ChamberWall> {
-    let (endocardium, epicardium, septum) = surfaces;
-    let chamber = Chamber { endocardium, epicardium, septum: septum.as_ref() };
-    Ok(chamber.wall(&WallOptions { size: Size::Nodes(nodes), ..WallOptions::default() })?)
-}
-
 /// Tetrahedra with fibres by rule, and the set of the scene's pressure.
 pub(super) fn with_fibres(wall: &ChamberWall) -> Result<TetMesh> {
     let mut mesh = wall.tetrahedra();
@@ -100,7 +88,7 @@ pub(super) fn with_fibres(wall: &ChamberWall) -> Result<TetMesh> {
 }
 
 /// The frames of a beat in a folder.
-pub(super) fn measured(folder: &Path) -> Result<Vec<(String, Surfaces3)>> {
+pub(super) fn measured(folder: &Path) -> Result<Vec<(String, hearts::Surfaces)>> {
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder)?
         .map(|entry| Ok(entry?.path()))
         .collect::<std::io::Result<_>>()?;
@@ -111,11 +99,8 @@ pub(super) fn measured(folder: &Path) -> Result<Vec<(String, Surfaces3)>> {
         if !name.contains("_LV_ENDOCARDIAL_") {
             continue;
         }
-        let read = |other: &str| {
-            read_mesh::<3>(file.with_file_name(name.replace("LV_ENDOCARDIAL", other)))
-        };
-        let surfaces =
-            (read("LV_ENDOCARDIAL")?.0, read("EPICARDIAL")?.0, Some(read("RV_ENDOCARDIAL")?.0));
+        let sibling = |what: &str| file.with_file_name(name.replace("LV_ENDOCARDIAL", what));
+        let surfaces = hearts::Surfaces::read(sibling)?;
         let frame = name.trim_end_matches(".vtk").rsplit('_').next().unwrap_or_default();
         frames.push((frame.to_string(), surfaces));
     }
@@ -123,10 +108,11 @@ pub(super) fn measured(folder: &Path) -> Result<Vec<(String, Surfaces3)>> {
 }
 
 /// An ideal ventricle of about the same size.
-fn ideal() -> Result<(String, Surfaces3)> {
+fn ideal() -> Result<(String, hearts::Surfaces)> {
     println!("the surfaces of a real heart are absent; an ideal ventricle stands in");
     let wall = TruncatedEllipsoid { short: [25.0, 36.0], long: [66.0, 75.0], base: 15.0 };
     let mesh = wall.wall([1, 64, 40]).tetrahedra();
     let surface = |name: &str| extract_surface(&mesh, &mesh.facet_sets[name]);
-    Ok(("ideal".into(), (surface("endo"), surface("epi"), None)))
+    let (endocardium, epicardium) = (surface("endo"), surface("epi"));
+    Ok(("ideal".into(), hearts::Surfaces { endocardium, epicardium, septum: None }))
 }

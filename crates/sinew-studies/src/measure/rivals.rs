@@ -5,6 +5,7 @@ mod row;
 mod table;
 
 use super::by_size::three;
+use crate::program;
 use anyhow::{Context, Result, ensure};
 use clap::ValueEnum;
 use row::{Outcome, Own, Row, Solved};
@@ -60,8 +61,6 @@ enum Kind {
 }
 
 impl Kind {
-    const ALL: [Self; 3] = [Self::Linear, Self::Quadratic, Self::Hexahedra];
-
     /// Cells of the five sizes: 507, 2163, 6084, 14 885 and 28 231 nodes; quadratic 555, 2163, 6125, 14 885 and 28 847.
     fn sizes(self) -> [[usize; 3]; 5] {
         match self {
@@ -82,17 +81,9 @@ enum Program {
 }
 
 impl Program {
-    const ALL: [Self; 5] =
-        [Self::FenicsMumps, Self::FenicsGamg, Self::Ngsolve, Self::Felupe, Self::ScikitFem];
-
     fn title(self) -> &'static str {
-        match self {
-            Self::FenicsMumps => "FEniCS 2019, MUMPS",
-            Self::FenicsGamg => "FEniCS 2019, GAMG",
-            Self::Ngsolve => "NGSolve",
-            Self::Felupe => "FElupe",
-            Self::ScikitFem => "scikit-fem",
-        }
+        ["FEniCS 2019, MUMPS", "FEniCS 2019, GAMG", "NGSolve", "FElupe", "scikit-fem"]
+            [self as usize]
     }
 }
 
@@ -101,12 +92,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     if let Some(folder) = &arguments.own {
         return own::run(arguments.elements[0], arguments.cells[0], arguments.factor, folder);
     }
-    let all = |given: &[Kind]| if given.is_empty() { Kind::ALL.to_vec() } else { given.to_vec() };
     std::fs::create_dir_all(&arguments.out)?;
     // Compiled anew, so that the table says what it costs.
     std::fs::remove_dir_all(arguments.out.join("compiled")).or_else(absent)?;
     let mut rows: Vec<Row> = Vec::new();
-    for kind in all(&arguments.elements) {
+    for &kind in chosen(&arguments.elements) {
         let sizes = match &arguments.cells[..] {
             [] => kind.sizes().to_vec(),
             given => given.to_vec(),
@@ -122,6 +112,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let apart: Vec<String> = rows.iter().filter_map(beyond).collect();
     ensure!(apart.is_empty(), "energies differ by more than {BAR:e}: {}", apart.join("; "));
     Ok(())
+}
+
+/// Choices that were given; all without one.
+fn chosen<T: ValueEnum>(given: &[T]) -> &[T] {
+    if given.is_empty() { T::value_variants() } else { given }
 }
 
 fn absent(error: std::io::Error) -> std::io::Result<()> {
@@ -143,13 +138,12 @@ fn one_mesh(
     cells: [usize; 3],
     slow: &mut BTreeMap<Program, String>,
 ) -> Result<Vec<Row>> {
-    let name =
-        |kind: Kind| kind.to_possible_value().map_or_else(String::new, |v| v.get_name().into());
+    let elements = program::key(kind);
     let [a, b, c] = cells;
-    let folder = arguments.out.join(format!("{}-{a}-{b}-{c}", name(kind)));
+    let folder = arguments.out.join(format!("{elements}-{a}-{b}-{c}"));
     let sinew = |factor: bool| -> Result<Own> {
         let mut command = Command::new(std::env::current_exe()?);
-        command.args(["measure", "rivals", "--elements", &name(kind)]);
+        command.args(["measure", "rivals", "--elements", &elements]);
         command.args(["--cells", &format!("{a},{b},{c}"), "--own"]).arg(&folder);
         command.args(factor.then_some("--factor"));
         let said = last_line(&mut command)?;
@@ -158,9 +152,9 @@ fn one_mesh(
     let own = sinew(false)?;
     let truth = own.solved.energy;
     let row = |program: &str, outcome: Outcome| {
-        eprintln!("{} nodes of {}: {program}: {}", own.nodes, name(kind), outcome.in_words());
+        eprintln!("{} nodes of {elements}: {program}: {}", own.nodes, outcome.in_words());
         Row {
-            elements: name(kind),
+            elements: elements.clone(),
             nodes: own.nodes,
             cells: own.cells,
             program: program.into(),
@@ -171,11 +165,7 @@ fn one_mesh(
     if own.solved.linear_iterations > 0 {
         rows.push(row("Sinew, factors", Outcome::Solved(sinew(true)?.solved)));
     }
-    let programs = match &arguments.programs[..] {
-        [] => &Program::ALL[..],
-        given => given,
-    };
-    for &program in programs {
+    for &program in chosen(&arguments.programs) {
         if let Some(why) = slow.get(&program) {
             rows.push(row(program.title(), Outcome::Missing { missing: why.clone() }));
             continue;
@@ -201,9 +191,12 @@ fn rival(arguments: &Arguments, program: Program, folder: &Path) -> Result<Outco
         _ => &arguments.python,
     };
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/rivals/ventricle.py");
-    let name = program.to_possible_value().map_or_else(String::new, |v| v.get_name().into());
     let mut command = Command::new(python);
-    command.arg(script).arg(name).arg(folder).arg(format!("--limit={}", arguments.limit));
+    command
+        .arg(script)
+        .arg(program::key(program))
+        .arg(folder)
+        .arg(format!("--limit={}", arguments.limit));
     let said = match last_line(&mut command) {
         Ok(said) => said,
         Err(error) => return Ok(Outcome::Missing { missing: format!("{error:#}") }),

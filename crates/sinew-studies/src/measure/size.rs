@@ -1,12 +1,10 @@
 //! Cost of a solve from rest by the size of a ventricle.
 
-use super::by_size::{peak_gb, three, ventricle};
+use super::by_size::{peak_gb, three};
+use super::mean_ventricle::{THETA, ventricle};
 use crate::timing::cpu_seconds;
 use anyhow::Result;
 use sinew_fem::{Method, Options, Solver};
-
-/// Parameters a \[kPa\], b, a_f \[kPa\] and b_f, and the pressure \[kPa\].
-const THETA: [f64; 5] = [0.17, 2.4, 3.0, 2.5, 0.9];
 
 /// Seconds are of the CPU: set RAYON_NUM_THREADS=1.
 #[derive(clap::Args)]

@@ -3,9 +3,10 @@
 
 use anyhow::Result;
 use sinew_energy::laws::{Guccione, HolzapfelOgden};
-use sinew_energy::{Body, Law, Load, Magnitude, Parameter, Scene, SceneError, Support};
+use sinew_energy::{Body, Law, Load, Magnitude, Material, Parameter, Scene, SceneError, Support};
 use sinew_fem::{Options, Solver};
 use sinew_mesh::{TetMesh, box_tetrahedra};
+use std::sync::Arc;
 
 const BULK_MODULUS: f64 = 25.0; // kPa
 const PRESSURE: f64 = 0.15; // kPa
@@ -14,46 +15,35 @@ const PRESSURE: f64 = 0.15; // kPa
 const STEPS: [f64; 4] =
     [0.8566748838545029, 0.733891856627126, 0.6287067210378087, 0.5385972572236101];
 
-fn mesh() -> TetMesh {
-    box_tetrahedra([100.0, 10.0, 10.0], [10, 3, 3])
-}
-
-fn pressed() -> Load {
-    Load::Pressure { facets: "z_min".into(), magnitude: Magnitude::Fixed(PRESSURE) }
-}
-
-fn guccione([low, high]: [f64; 2]) -> Result<Body, SceneError> {
-    let frames = vec![Guccione::frame([1.0, 0.0, 0.0]); mesh().cells.len()];
-    Scene::new(mesh(), Guccione.nearly_incompressible(BULK_MODULUS).along(frames))
-        .parameter(Parameter::linear("C", "kPa", low..=high))
-        .parameter(Parameter::linear("b_f", "1", low..=high))
-        .parameter(Parameter::linear("b_t", "1", low..=high))
-        .parameter(Parameter::linear("b_fs", "1", low..=high))
-        .load(pressed())
+/// A beam under pressure, of four parameters that share a range.
+fn beam(
+    mesh: TetMesh,
+    material: Arc<dyn Material>,
+    parameters: [(&str, &str); 4],
+    [low, high]: [f64; 2],
+) -> Result<Body, SceneError> {
+    let scene = Scene::new(mesh, material)
+        .load(Load::Pressure { facets: "z_min".into(), magnitude: Magnitude::Fixed(PRESSURE) })
         .support(Support::clamped("x_min"))
-        .loose_rims()
-        .lower()
-}
-
-fn holzapfel_ogden([low, high]: [f64; 2]) -> Result<Body, SceneError> {
-    let fibres = vec![[[1.0, 0.0, 0.0]]; mesh().cells.len()];
-    Scene::new(mesh(), HolzapfelOgden.nearly_incompressible(BULK_MODULUS).along(fibres))
-        .parameter(Parameter::linear("a", "kPa", low..=high))
-        .parameter(Parameter::linear("b", "1", low..=high))
-        .parameter(Parameter::linear("a_f", "kPa", low..=high))
-        .parameter(Parameter::linear("b_f", "1", low..=high))
-        .load(pressed())
-        .support(Support::clamped("x_min"))
-        .loose_rims()
-        .lower()
+        .loose_rims();
+    let parameter = |(name, unit)| Parameter::linear(name, unit, low..=high);
+    parameters.into_iter().map(parameter).fold(scene, Scene::parameter).lower()
 }
 
 /// Solves both at so many points each.
 pub(super) fn run(points: usize) -> Result<()> {
-    let guccione_range = [1.75, 3.5];
+    let mesh = || box_tetrahedra([100.0, 10.0, 10.0], [10, 3, 3]);
+    let cells = mesh().cells.len();
+    let frames = vec![Guccione::frame([1.0, 0.0, 0.0]); cells];
+    let guccione = Guccione.nearly_incompressible(BULK_MODULUS).along(frames);
+    let names = [("C", "kPa"), ("b_f", "1"), ("b_t", "1"), ("b_fs", "1")];
+    let range = [1.75, 3.5];
+    count("Guccione", &beam(mesh(), guccione, names, range)?, range, points)?;
+    let fibres = vec![[[1.0, 0.0, 0.0]]; cells];
+    let holzapfel = HolzapfelOgden.nearly_incompressible(BULK_MODULUS).along(fibres);
+    let names = [("a", "kPa"), ("b", "1"), ("a_f", "kPa"), ("b_f", "1")];
     let range = [0.75, 2.5];
-    count("Guccione", &guccione(guccione_range)?, guccione_range, points)?;
-    count("Holzapfel-Ogden", &holzapfel_ogden(range)?, range, points)
+    count("Holzapfel-Ogden", &beam(mesh(), holzapfel, names, range)?, range, points)
 }
 
 fn count(name: &str, body: &Body, [low, high]: [f64; 2], points: usize) -> Result<()> {

@@ -2,9 +2,11 @@
 
 use super::organ::ventricle::{BULK_MODULUS, MMHG, scene, thetas};
 use super::organ::ventricles::ventricles;
+use crate::timing::cpu_seconds;
 use anyhow::Result;
 use sinew_energy::{Body, Fibres};
 use sinew_fem::{Options, Solver, Unload, UnloadOptions};
+use sinew_num::dot;
 
 /// The fixed points end when no node is farther off than this \[mm\], or after so many forward solves.
 const CLOSE: f64 = 1e-4;
@@ -18,7 +20,7 @@ pub(super) fn run(rivals: bool) -> Result<()> {
     for pressure in [4.0, 8.0, 20.0] {
         for theta in thetas(4, pressure * MMHG) {
             println!("{pressure} mmHg, θ = {theta:.3?}");
-            let start = cpu();
+            let start = cpu_seconds();
             let mut unload = Unload::new(&body)?;
             let unloaded = match unload.solve(&theta, &UnloadOptions::default()) {
                 Ok(unloaded) => unloaded,
@@ -27,7 +29,7 @@ pub(super) fn run(rivals: bool) -> Result<()> {
                     continue;
                 }
             };
-            let cold = cpu() - start;
+            let cold = cpu_seconds() - start;
             let Some(loading) = unloaded.loading else { continue };
             println!(
                 "  Newton: {} systems and {} of the check ({:.2} s), {cold:.2} s in all, off by {:.1e} mm",
@@ -37,9 +39,9 @@ pub(super) fn run(rivals: bool) -> Result<()> {
             let signs = [1.05, 0.95, 0.95, 1.05, 1.0];
             let neighbour: Vec<f64> = theta.iter().zip(signs).map(|(t, s)| t * s).collect();
             let options = UnloadOptions { load: None, ..UnloadOptions::default() };
-            let start = cpu();
+            let start = cpu_seconds();
             let warm = unload.solve_near(&unloaded.motion, &neighbour, &options)?;
-            let seconds = cpu() - start;
+            let seconds = cpu_seconds() - start;
             println!("  a neighbour from there: {} systems, {seconds:.2} s", warm.iterations);
             for (name, rausch) in
                 [("Sellier", false), ("Rausch", true)].into_iter().filter(|_| rivals)
@@ -56,16 +58,16 @@ pub(super) fn run(rivals: bool) -> Result<()> {
 
 /// X ← X − α (x(X) − x) with α = 1 (M. Sellier, Engng Comput. 28, 2011), or by Aitken's rule (M. K. Rausch et al., 2017).
 fn fixed_point(image: &Body, theta: &[f64], aitken: bool) -> Result<(usize, usize, f64, f64)> {
-    let start = cpu();
+    let start = cpu_seconds();
     let (mut motion, mut before) = (vec![0.0; 3 * image.nodes], Vec::<f64>::new());
     let (mut systems, mut factor, mut off) = (0, 1.0, f64::INFINITY);
     for solve in 1..=MOST_SOLVES {
         let Some(rest) = image.moved(&motion, Fibres::Carried) else {
-            return Ok((systems, solve, cpu() - start, f64::NAN));
+            return Ok((systems, solve, cpu_seconds() - start, f64::NAN));
         };
         let solved = Solver::new(&rest)?.solve(theta, &Options::default());
         let Ok(loaded) = solved else {
-            return Ok((systems, solve, cpu() - start, f64::NAN));
+            return Ok((systems, solve, cpu_seconds() - start, f64::NAN));
         };
         systems += loaded.iterations();
         let missed: Vec<f64> =
@@ -77,22 +79,14 @@ fn fixed_point(image: &Body, theta: &[f64], aitken: bool) -> Result<(usize, usiz
             .map(|r| r[0].hypot(r[1]).hypot(r[2]))
             .fold(0.0, f64::max);
         if off <= CLOSE {
-            return Ok((systems, solve, cpu() - start, off));
+            return Ok((systems, solve, cpu_seconds() - start, off));
         }
         if aitken && !before.is_empty() {
             let change: Vec<f64> = missed.iter().zip(&before).map(|(a, b)| a - b).collect();
-            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
             factor *= -dot(&before, &change) / dot(&change, &change);
         }
         motion.iter_mut().zip(&missed).for_each(|(w, r)| *w -= factor * r);
         before = missed;
     }
-    Ok((systems, MOST_SOLVES, cpu() - start, off))
-}
-
-/// Processor time of the program \[s\]; 0 where the system does not tell.
-fn cpu() -> f64 {
-    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let fields = text.rsplit(')').next().unwrap_or_default().split_whitespace();
-    fields.skip(11).take(2).filter_map(|ticks| ticks.parse::<f64>().ok()).sum::<f64>() / 100.0
+    Ok((systems, MOST_SOLVES, cpu_seconds() - start, off))
 }

@@ -3,18 +3,18 @@
 //! Each shape has a random θ of the box and 4, 8 or 20 mmHg, each frame of the heart 3 θ and 3 pressures; frames of
 //! systole have a tension. A refusal comes with the largest part of the load that has an answer, on this mesh and on a finer one.
 
+use super::mean_ventricle::fibres;
 use super::organ::ventricle::{self, BOX, BULK_MODULUS, MMHG, scene};
+use crate::hearts::{self, Surfaces};
 use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sinew_energy::laws::{ActiveTension, HolzapfelOgden};
 use sinew_energy::{Body, Law, Load, Magnitude, Parameter, Scene};
-use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
 use sinew_fem::{LoadSteps, Options, Solver, Unload, UnloadError, UnloadOptions, Unloaded};
-use sinew_mesh::{
-    Chamber, Field, Size, TetMesh, TriangleMesh, VentricleShape, WallOptions, read_mesh,
-};
+use sinew_mesh::{Field, TetMesh, VentricleShape};
+use sinew_sample::standard_normals;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Instant;
@@ -69,18 +69,14 @@ fn tell(name: &str, found: &[Outcome], start: Instant) {
 fn random(index: u64, cells: [usize; 3]) -> Outcome {
     let mut random = ChaCha8Rng::seed_from_u64(SEED);
     random.set_stream(index);
-    let mut normal = || {
-        let [u, v]: [f64; 2] = [random.random(), random.random()];
-        (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos()
-    };
-    let shape = std::iter::repeat_with(|| std::array::from_fn::<f64, 12, _>(|_| normal()));
+    let shape = std::iter::repeat_with(|| standard_normals(12, &mut random));
     let mesh = shape.take(100).find_map(|numbers| {
         let shape = VentricleShape::new(&numbers).ok()?;
         Some((shape.tetrahedra(cells).ok()?, shape.tetrahedra(cells.map(|c| 3 * c / 2)).ok()?))
     });
     let Some((mut mesh, mut finer)) = mesh else { return ("no mesh", format!("shape {index}")) };
-    mesh.name_sides();
-    finer.name_sides();
+    name_sides(&mut mesh);
+    name_sides(&mut finer);
     let [a, b, a_f, b_f] = std::array::from_fn(|i| {
         let [least, most] = BOX[i].1;
         least * f64::powf(most / least, random.random())
@@ -96,7 +92,7 @@ fn random(index: u64, cells: [usize; 3]) -> Outcome {
             }
             (word, line)
         }
-        Err(error) => ("no body", error),
+        Err(error) => ("no body", error.to_string()),
     }
 }
 
@@ -124,19 +120,10 @@ fn borne(body: &Body, theta: &[f64]) -> f64 {
 
 /// The frames at three θ and three pressures.
 fn real(folder: &Path, frame: &str) -> Vec<Outcome> {
-    let surface = |name: &str| -> Result<TriangleMesh, String> {
-        let path = folder.join(format!("patient1_{name}_{frame}.vtk"));
-        Ok(read_mesh::<3>(path).map_err(|e| e.to_string())?.0)
-    };
-    let body = |nodes: usize| -> Result<Body, String> {
-        let [endocardium, epicardium, other] =
-            ["LV_ENDOCARDIAL", "EPICARDIAL", "RV_ENDOCARDIAL"].map(surface);
-        let (endocardium, epicardium, other) = (endocardium?, epicardium?, other?);
-        let chamber =
-            Chamber { endocardium: &endocardium, epicardium: &epicardium, septum: Some(&other) };
-        let options = WallOptions { size: Size::Nodes(nodes), ..WallOptions::default() };
-        let mut mesh = chamber.wall(&options).map_err(|e| e.to_string())?.tetrahedra();
-        mesh.name_sides();
+    let body = |nodes: usize| -> Result<Body> {
+        let surfaces = Surfaces::read(|what| hearts::file(folder, what, frame))?;
+        let mut mesh = surfaces.wall(nodes)?.tetrahedra();
+        name_sides(&mut mesh);
         self::body(mesh, SYSTOLE.contains(&frame))
     };
     let coarse = match body(NODES[0]) {
@@ -165,46 +152,30 @@ fn real(folder: &Path, frame: &str) -> Vec<Outcome> {
         .collect()
 }
 
-/// Names of the sets that the scene of the tests reads.
-trait Sides {
-    fn name_sides(&mut self);
-}
-
-impl Sides for TetMesh {
-    fn name_sides(&mut self) {
-        for (from, to) in [("endo", "region:1"), ("endocardium", "region:1"), ("epi", "epicardium")]
-        {
-            if let Some(facets) = self.facet_sets.get(from).cloned() {
-                self.facet_sets.insert(to.into(), facets);
-            }
+/// Names the sets that the scene of the tests reads.
+fn name_sides(mesh: &mut TetMesh) {
+    for (from, to) in [("endo", "region:1"), ("endocardium", "region:1"), ("epi", "epicardium")] {
+        if let Some(facets) = mesh.facet_sets.get(from).cloned() {
+            mesh.facet_sets.insert(to.into(), facets);
         }
     }
 }
 
 /// θ = (a, b, a_f, b_f, pressure), or with the tension before the pressure.
-fn body(mut mesh: TetMesh, active: bool) -> Result<Body, String> {
-    let surfaces = Surfaces { endocardium: "region:1", epicardium: "epicardium", base: "base" };
-    let frames = by_rule(&mesh, &surfaces, &FibreRule::SIXTY).map_err(|e| e.to_string())?;
-    let fibres: Vec<_> = frames.iter().map(|[fibre, _, _]| *fibre).collect();
+fn body(mut mesh: TetMesh, active: bool) -> Result<Body> {
+    let fibres = fibres(&mesh, ["region:1", "epicardium", "base"])?;
     mesh.cell_fields.insert("fibre".into(), Field::vectors(&fibres));
-    let muscle = HolzapfelOgden.nearly_incompressible(BULK_MODULUS).with_active(ActiveTension);
-    let muscle = muscle.along(fibres.into_iter().map(|fibre| [fibre]).collect());
     let passive = scene(mesh, BULK_MODULUS);
     if !active {
-        return passive.lower().map_err(|e| e.to_string());
+        return Ok(passive.lower()?);
     }
+    let muscle = HolzapfelOgden.nearly_incompressible(BULK_MODULUS).with_active(ActiveTension);
+    let material = muscle.along(fibres.into_iter().map(|fibre| [fibre]).collect());
     let mut parameters = passive.parameters.clone();
     parameters.insert(BOX.len(), Parameter::linear("T_a", "kPa", 0.0..=100.0));
     let magnitude = Magnitude::Theta(BOX.len() + 1);
-    let scene = Scene {
-        name: passive.name,
-        units: passive.units,
-        parameters,
-        loads: vec![Load::Pressure { facets: "region:1".into(), magnitude }],
-        supports: passive.supports,
-        ..Scene::new(passive.mesh, muscle)
-    };
-    scene.lower().map_err(|e| e.to_string())
+    let loads = vec![Load::Pressure { facets: "region:1".into(), magnitude }];
+    Ok(Scene { material, parameters, loads, ..passive }.lower()?)
 }
 
 /// Unloads, and loads an answer again by a solver of its own.

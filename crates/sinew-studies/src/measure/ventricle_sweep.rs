@@ -4,6 +4,7 @@
 use super::organ::ventricle::{BULK_MODULUS, MMHG, scene, thetas};
 use super::organ::ventricles::ventricles;
 use anyhow::Result;
+use sinew_energy::metrics::mean_and_largest;
 use sinew_fem::{Options, SolveError, Solver};
 use std::io::Write;
 use std::path::PathBuf;
@@ -53,9 +54,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         match solver.solve(theta, &Options::default()) {
             Ok(s) => {
                 let relative = s.residual / s.force_scale;
-                let (nodes, _) = s.displacement.as_chunks::<3>();
-                let length = |u: &[f64; 3]| u.iter().map(|x| x * x).sum::<f64>().sqrt();
-                let largest = nodes.iter().map(length).fold(0.0, f64::max);
+                let [_, largest] = mean_and_largest(&s.displacement);
                 writeln!(
                     csv,
                     "1,{},{},{},{:.4},{relative:.3e},{:.5},{},{largest:.4},{:.4}",

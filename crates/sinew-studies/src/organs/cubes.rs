@@ -5,6 +5,7 @@ pub(crate) mod meshes;
 use crate::organs::options::Options;
 use crate::organs::run::{test_set, train};
 use crate::program;
+use crate::timing::peak_kb;
 use anyhow::{Context, Result};
 use meshes::{KEY, MESHES, Mesh};
 use serde::{Deserialize, Serialize};
@@ -123,7 +124,8 @@ fn outcome(
     let slice_mm = errors.sum::<f64>() / (slice.len() * cases.len()) as f64;
     let evaluation = emulator.evaluate(test, 1)?;
     let network = network.to_string();
-    Ok(Outcome { nodes: body.nodes, network, slice_mm, evaluation, memory_gb: memory_gb() })
+    let memory_gb = peak_kb().map(|kb| kb / (1024.0 * 1024.0));
+    Ok(Outcome { nodes: body.nodes, network, slice_mm, evaluation, memory_gb })
 }
 
 fn row(outcome: &Outcome, [slice, full, decoder]: [f64; 3]) -> Result<Row> {
@@ -138,11 +140,4 @@ fn row(outcome: &Outcome, [slice, full, decoder]: [f64; 3]) -> Result<Row> {
     let row = Row { subject, ..row }.error(raw.err_u.q50).error(raw.err_i1.q50);
     let row = row.time(printed(times.predict_full_s, full)).time(times.prepare_s + times.train_s);
     Ok(row.other(outcome.memory_gb))
-}
-
-/// Most memory that this process has used.
-fn memory_gb() -> Option<f64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    Some(line.split_whitespace().next()?.parse::<f64>().ok()? / (1024.0 * 1024.0))
 }

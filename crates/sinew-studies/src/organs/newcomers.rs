@@ -2,6 +2,7 @@
 
 pub(crate) mod shapes;
 
+use crate::hearts::{self, Surfaces};
 use crate::organs::options::Options;
 use crate::organs::run::{CORRECTIONS, test_set, train};
 use crate::organs::scenes::{ORGANS, Organ};
@@ -12,9 +13,9 @@ use shapes::{KEY, SECONDS, SHAPES, Shape, Source};
 use sinew::recipe::PhysicsInformed;
 use sinew::{Body, Case, Comparison, Recipe};
 use sinew_emulate::Budget;
-use sinew_mesh::{AnyMesh, Chamber, Field, Size, WallOptions, read_mesh};
+use sinew_mesh::{AnyMesh, Field};
 use sinew_report::{Block, Section};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Cases that errors are measured on.
 const CASES: usize = 50;
@@ -100,16 +101,11 @@ fn absent(options: &Options, shape: &Shape) -> Option<String> {
     if options.quick {
         return Some(format!("{} is left out of a quick check.", shape.name));
     }
-    let there = surface(&options.hearts, "LV_ENDOCARDIAL", frame).exists();
+    let there = hearts::file(&options.hearts, "LV_ENDOCARDIAL", frame).exists();
     (!there).then(|| {
         let folder = options.hearts.display();
         format!("{} was not met: there are no surfaces of it in {folder} (--hearts).", shape.name)
     })
-}
-
-/// File of a surface of a frame of the beat.
-pub(crate) fn surface(folder: &Path, what: &str, frame: &str) -> PathBuf {
-    folder.join(format!("patient1_{what}_{frame}.vtk"))
 }
 
 /// The body of a shape: law, load and parameters of the ventricle that the network was trained on, fibres by rule.
@@ -139,12 +135,7 @@ fn body(options: &Options, organ: &Organ, shape: &Shape, folder: &Path) -> Resul
 
 /// The left ventricle of a frame of a beat, its axis upright with the base at z = 0, as the network knows ventricles.
 pub(crate) fn heart(folder: &Path, frame: &str, nodes: usize) -> Result<AnyMesh> {
-    let read = |what: &str| read_mesh::<3>(surface(folder, what, frame)).map(|read| read.0);
-    let (endocardium, epicardium) = (read("LV_ENDOCARDIAL")?, read("EPICARDIAL")?);
-    let septum = read("RV_ENDOCARDIAL")?;
-    let chamber =
-        Chamber { endocardium: &endocardium, epicardium: &epicardium, septum: Some(&septum) };
-    let wall = chamber.wall(&WallOptions { size: Size::Nodes(nodes), ..WallOptions::default() })?;
+    let wall = Surfaces::read(|what| hearts::file(folder, what, frame))?.wall(nodes)?;
     let [point, normal] = wall.report().base.map(Vector3::from);
     let mut mesh = sinew::ventricle(&wall, false, [60.0, -60.0]).map_err(anyhow::Error::msg)?;
     let turn = Rotation3::rotation_between(&normal, &Vector3::z())

@@ -51,11 +51,7 @@ pub(crate) const ORGANS: &[Organ] = &[
         test: 50,
         simulations: 50,
         minutes: 2.0,
-        thesis: Published {
-            errors: &[("", [Some(8.5e-4), None, Some(1.2e-2), None, None])],
-            displacement: Some([1.1, 3.5]),
-            ..BASE.thesis
-        },
+        thesis: printed(&[("", [Some(8.5e-4), None, Some(1.2e-2), None, None])], [1.1, 3.5]),
         ..BASE
     },
     Organ {
@@ -65,11 +61,7 @@ pub(crate) const ORGANS: &[Organ] = &[
         stand_in: Some("IdealLiver"),
         map: true,
         minutes: 3.0,
-        thesis: Published {
-            errors: &[("", [Some(8.8e-3), None, Some(1.9e-2), None, None])],
-            displacement: Some([7.9, 58.5]),
-            ..BASE.thesis
-        },
+        thesis: printed(&[("", [Some(8.8e-3), None, Some(1.9e-2), None, None])], [7.9, 58.5]),
         ..BASE
     },
     Organ {
@@ -140,8 +132,12 @@ pub(crate) const PARTS: [Part; 3] = [
     Part { key: grid::KEY, minutes: || grid::MINUTES },
 ];
 
-const VENTRICLE: Published = Published {
-    source: "thesis",
-    errors: &[("", [Some(2.8e-2), Some(0.19), Some(4.7e-2), None, Some(3.7e-2)])],
-    displacement: Some([6.8, 26.3]),
-};
+const VENTRICLE: Published =
+    printed(&[("", [Some(2.8e-2), Some(0.19), Some(4.7e-2), None, Some(3.7e-2)])], [6.8, 26.3]);
+
+const fn printed(
+    errors: &'static [(&'static str, [Option<f64>; 5])],
+    displacement: [f64; 2],
+) -> Published {
+    Published { source: "thesis", errors, displacement: Some(displacement) }
+}

@@ -1,6 +1,8 @@
 //! The populations: how their bodies are drawn.
 
-use crate::organs::newcomers::{heart, surface};
+use crate::hearts;
+use crate::organs::newcomers::heart;
+use crate::program::standard_normal;
 use crate::shapes::{BeamShape, RingShape};
 use anyhow::{Context, Result};
 use rand::{RngExt, SeedableRng};
@@ -128,7 +130,7 @@ impl Stage {
     pub(super) fn hearts(&self, folder: &Path) -> Result<Vec<Individual>> {
         const FRAMES: [&str; 7] = ["000", "004", "008", "012", "016", "020", "024"];
         const NODES: [usize; 2] = [1500, 400];
-        let there = |frame: &&&str| surface(folder, "LV_ENDOCARDIAL", frame).exists();
+        let there = |frame: &&&str| hearts::file(folder, "LV_ENDOCARDIAL", frame).exists();
         if self.kind != Kind::Ventricles || self.scars > 0 {
             return Ok(Vec::new());
         }
@@ -199,7 +201,7 @@ impl Stage {
     fn any_numbers(&self, random: &mut ChaCha8Rng) -> Vec<f64> {
         let number = |_| match self.kind {
             Kind::Beams => self.spread * 12f64.sqrt() * (random.random::<f64>() - 0.5),
-            _ => self.spread * normal(random),
+            _ => self.spread * standard_normal(random),
         };
         (0..self.numbers()).map(number).collect()
     }
@@ -297,10 +299,4 @@ impl Scar {
 pub(super) fn shape_parameters(count: usize) -> impl Iterator<Item = Parameter> {
     let range = 3f64.sqrt();
     (1..=count).map(move |k| Parameter::linear(format!("shape {k}"), "", -range..=range))
-}
-
-/// A standard normal number (Box and Muller 1958).
-fn normal(random: &mut ChaCha8Rng) -> f64 {
-    let [u, v] = [1.0 - random.random::<f64>(), random.random::<f64>()];
-    (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
 }

@@ -3,27 +3,20 @@
 use super::Kind;
 use super::row::{Own, Solved};
 use crate::measure::by_size::peak_gb;
+use crate::measure::mean_ventricle::{BULK_MODULUS, THETA, fibres, scene};
 use crate::timing::cpu_seconds_of;
 use anyhow::{Context, Result};
-use sinew_energy::laws::HolzapfelOgden;
-use sinew_energy::{Body, Law, Load, Magnitude, Parameter, Scene, Support};
-use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
+use sinew_energy::Body;
 use sinew_fem::{Method, Options, Solver};
 use sinew_mesh::{AnyMesh, Mesh, VentricleShape, to_npy};
 use sinew_num::{dot3, norm};
 use std::path::Path;
 
-/// Parameters a \[kPa\], b, a_f \[kPa\] and b_f, and the pressure \[kPa\]; `fixtures/rivals/problem.py` has them, too.
-const THETA: [f64; 5] = [0.17, 2.4, 3.0, 2.5, 0.9];
-const BULK_MODULUS: f64 = 25.0;
-
 /// Prints the row as JSON, and writes mesh, fibres and displacement into the folder.
 pub(super) fn run(kind: Kind, cells: [usize; 3], factor: bool, folder: &Path) -> Result<()> {
     let shape = VentricleShape::new(&[])?;
     let linear = shape.tetrahedra(cells)?;
-    let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
-    let frames = by_rule(&linear, &surfaces, &FibreRule::SIXTY)?;
-    let fibres: Vec<[f64; 3]> = frames.iter().map(|frame| frame[0]).collect();
+    let fibres = fibres(&linear, ["endo", "epi", "base"])?;
     match kind {
         Kind::Linear => solved(&linear, fibres, factor, folder),
         Kind::Quadratic => solved(&linear.quadratic(), fibres, factor, folder),
@@ -55,13 +48,12 @@ where
     Mesh<N>: Into<AnyMesh>,
 {
     let method = if factor { Method::Factor } else { Method::Automatic };
-    let scene = scene(mesh.clone(), fibres.clone());
+    let scene = scene(mesh.clone(), fibres.clone(), BULK_MODULUS);
     let (mut setup_s, mut solve_s, mut found) = (f64::INFINITY, f64::INFINITY, None);
     for _ in 0..2 {
         let prepare = || {
             let body: Body = scene.clone().lower()?;
-            Solver::new(&body).map(drop)?;
-            Ok(())
+            Ok(Solver::new(&body).map(drop)?)
         };
         setup_s = cpu_seconds_of(prepare)?.min(setup_s);
         let body = scene.clone().lower()?;
@@ -99,23 +91,6 @@ where
     write(folder, mesh, &fibres, &found.displacement)?;
     println!("{}", serde_json::to_string(&row)?);
     Ok(())
-}
-
-fn scene<const N: usize>(mesh: Mesh<N>, fibres: Vec<[f64; 3]>) -> Scene
-where
-    Mesh<N>: Into<AnyMesh>,
-{
-    let law = HolzapfelOgden.nearly_incompressible(BULK_MODULUS);
-    let fibres = fibres.into_iter().map(|fibre| [fibre]).collect();
-    let pressure = Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(4) };
-    Scene::new(mesh, law.along(fibres))
-        .parameter(Parameter::log("a", "kPa", 0.1..=0.26))
-        .parameter(Parameter::log("b", "1", 1.0..=4.2))
-        .parameter(Parameter::log("a_f", "kPa", 1.5..=5.18))
-        .parameter(Parameter::log("b_f", "1", 1.0..=4.46))
-        .parameter(Parameter::linear("p", "kPa", 0.53..=1.33))
-        .load(pressure)
-        .support(Support::clamped("base"))
 }
 
 /// Writes `points`, `cells`, `fibres`, `endo`, `epi` and `base` (nodes of facets) and `displacement`, all as floats.

@@ -60,24 +60,16 @@ fn of_elements(rows: &[&Row]) -> String {
         for (place, row) in mesh.iter().enumerate() {
             let size =
                 if place == 0 { format!("{}, {}", row.nodes, row.cells) } else { String::new() };
-            let name = if best == Some(&row.program) {
-                format!("**{}**", row.program)
-            } else {
-                row.program.clone()
-            };
+            let bold = if best == Some(&row.program) { "**" } else { "" };
             let line = match &row.outcome {
                 Outcome::Missing { missing } => format!("{missing} | | | | | | | |"),
                 Outcome::Solved(s) => {
-                    let energy = if place == 0 {
-                        format!("{:.9}", s.energy)
-                    } else {
-                        format!("{:+.0e} of it", s.energy_apart)
+                    let energy = match place {
+                        0 => format!("{:.9}", s.energy),
+                        _ => format!("{:+.0e} of it", s.energy_apart),
                     };
-                    let linear = if s.linear_iterations > 0 {
-                        s.linear_iterations.to_string()
-                    } else {
-                        String::new()
-                    };
+                    let linear = Some(s.linear_iterations).filter(|count| *count > 0);
+                    let linear = linear.map_or_else(String::new, |count| count.to_string());
                     format!(
                         "{} | {} | {linear} | {} | {} | {:.2} | {:.6} | {energy} |",
                         s.load_steps,
@@ -89,7 +81,7 @@ fn of_elements(rows: &[&Row]) -> String {
                     )
                 }
             };
-            let _ = writeln!(text, "| {size} | {name} | {line}");
+            let _ = writeln!(text, "| {size} | {bold}{}{bold} | {line}", row.program);
         }
     }
     text
