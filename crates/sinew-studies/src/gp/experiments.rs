@@ -13,6 +13,7 @@ mod rivals;
 mod wave;
 
 use crate::gp::experiment::{Experiment, Scale};
+use crate::program;
 use anyhow::Result;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
@@ -70,7 +71,7 @@ impl Name {
 
     /// Name on the command line and in files.
     pub fn key(self) -> String {
-        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_string())
+        program::key(self)
     }
 
     /// The experiment.

@@ -2,7 +2,7 @@
 //! constrained prior, and a hidden layer of tanh units for each zₚ that is a function; the others are constants.
 
 use crate::gp::deep::tanh;
-use crate::gp::inference::standard_normal;
+use crate::program::standard_normal;
 use anyhow::{Context, Result};
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;

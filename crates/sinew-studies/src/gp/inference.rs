@@ -4,13 +4,13 @@ use crate::gp::draw;
 use crate::gp::experiment::{Case, Purpose, Scale, Task};
 use crate::gp::problems::Setting;
 use crate::gp::row::{Covered, Method, RestartEnd, Run, Truth};
+use crate::program::standard_normal;
 use anyhow::Result;
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
     Data, Evidence, Fit, FitOptions, GpError, Model, Noise, Prediction, Prior, squared_exponential,
 };
-use std::f64::consts::TAU;
 use std::time::Instant;
 
 /// Observations of u and of the right-hand side.
@@ -35,10 +35,9 @@ impl<const D: usize> Observed<D> {
 
     /// Form that the library takes.
     pub(crate) fn data(&self) -> Data<D> {
-        let data = Data::new();
         let data = match self.places.is_empty() {
-            true => data,
-            false => data.values(&self.places, &self.values, self.noise[0]),
+            true => Data::new(),
+            false => Data::new().values(&self.places, &self.values, self.noise[0]),
         };
         data.equation(&self.collocation, &self.load, self.noise[1])
     }
@@ -145,12 +144,6 @@ impl<const D: usize> Setting<D> {
         let load = collocation.iter().map(|x| noisy((self.load)(*x), of_f)).collect();
         Ok(Observed { places, values, collocation, load, noise })
     }
-}
-
-/// A standard normal variate by the method of Box and Muller.
-pub(crate) fn standard_normal(random: &mut ChaCha8Rng) -> f64 {
-    let radius = (-2.0 * (1.0 - random.random::<f64>()).ln()).sqrt();
-    radius * (TAU * random.random::<f64>()).cos()
 }
 
 /// Treatment of the boundary conditions by a prior.

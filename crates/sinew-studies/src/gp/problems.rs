@@ -27,18 +27,22 @@ pub(crate) struct Setting<const D: usize> {
 }
 
 impl<const D: usize> Setting<D> {
+    /// A problem whose right-hand side is zero, with its parameters and its solution.
+    pub(crate) fn new(
+        name: &'static str,
+        problem: Problem<D>,
+        truth: &[(&str, f64)],
+        solution: impl Fn([f64; D]) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        let named = |&(name, value): &(&str, f64)| Truth { name: name.into(), value };
+        let truth = truth.iter().map(named).collect();
+        Self { name, problem, solution: Arc::new(solution), load: Arc::new(|_| 0.0), truth }
+    }
+
     /// Name and parameters, as the cases of the setting carry them.
     pub(crate) fn named(&self) -> (&str, &[Truth]) {
         (self.name, &self.truth)
     }
-}
-
-fn truth(values: &[(&str, f64)]) -> Vec<Truth> {
-    values.iter().map(|(name, value)| Truth { name: (*name).into(), value: *value }).collect()
-}
-
-fn zero<const D: usize>() -> Function<D> {
-    Arc::new(|_| 0.0)
 }
 
 fn held<const D: usize>() -> Condition<D> {
@@ -64,13 +68,8 @@ pub(crate) fn poisson_1() -> Result<Setting<1>, GpError> {
     let problem = Problem::new(domain, -(dx * dx))?
         .condition("x", Side::Lower, Condition::clamped())?
         .condition("x", Side::Upper, robin)?;
-    Ok(Setting {
-        name: "Poisson-BVP-1",
-        problem,
-        solution: Arc::new(|[x]| x * x),
-        load: Arc::new(|_| -2.0),
-        truth: Vec::new(),
-    })
+    let setting = Setting::new("Poisson-BVP-1", problem, &[], |[x]| x * x);
+    Ok(Setting { load: Arc::new(|_| -2.0), ..setting })
 }
 
 /// u_t = θ u_xx on [−π/2, π/2] × [0, 1], u = sin(x) e^{−t} at the ends and at the start.
@@ -84,13 +83,8 @@ pub(crate) fn heat_1() -> Result<Setting<2>, GpError> {
         .condition("x", Side::Lower, end(-1.0))?
         .condition("x", Side::Upper, end(1.0))?
         .condition("t", Side::Lower, start)?;
-    Ok(Setting {
-        name: "Heat-BVP-1",
-        problem,
-        solution: Arc::new(|[x, t]| x.sin() * (-t).exp()),
-        load: zero(),
-        truth: truth(&[("theta", 1.0)]),
-    })
+    let truth = [("theta", 1.0)];
+    Ok(Setting::new("Heat-BVP-1", problem, &truth, |[x, t]| x.sin() * (-t).exp()))
 }
 
 /// u_t = D u_xx on the unit square, held at x = 0 and insulated at 1, with a mode at the start that decays in a fiftieth of the
@@ -110,13 +104,8 @@ pub(crate) fn layer() -> Result<Setting<2>, GpError> {
         let wave = n * PI / 2.0;
         (wave * x).sin() * (-D * wave * wave * t).exp()
     };
-    Ok(Setting {
-        name: "Initial layer",
-        problem,
-        solution: Arc::new(move |x| mode(1.0, x) + 0.5 * mode(5.0, x)),
-        load: zero(),
-        truth: truth(&[("D", D)]),
-    })
+    let solution = move |x: [f64; 2]| mode(1.0, x) + 0.5 * mode(5.0, x);
+    Ok(Setting::new("Initial layer", problem, &[("D", D)], solution))
 }
 
 /// u_t = θ Δu on [0, π]² × [0, ½], held at the edges, u = sin x sin y at the start.
@@ -131,13 +120,9 @@ pub(crate) fn heat_2() -> Result<Setting<3>, GpError> {
         }
     }
     let start = field(|[x, y, _]: [Series; 3]| x.sin() * y.sin());
-    Ok(Setting {
-        name: "Heat-BVP-2",
-        problem: problem.condition("t", Side::Lower, Condition::Dirichlet(start))?,
-        solution: Arc::new(|[x, y, t]| x.sin() * y.sin() * (-2.0 * t).exp()),
-        load: zero(),
-        truth: truth(&[("theta", 1.0)]),
-    })
+    let problem = problem.condition("t", Side::Lower, Condition::Dirichlet(start))?;
+    let solution = |[x, y, t]: [f64; 3]| x.sin() * y.sin() * (-2.0 * t).exp();
+    Ok(Setting::new("Heat-BVP-2", problem, &[("theta", 1.0)], solution))
 }
 
 /// u_tt = θ² u_xx on [0, π] × [0, 1], free ends, u = cos x and u_t = cos² x at the start.
@@ -153,15 +138,9 @@ pub(crate) fn wave_1() -> Result<Setting<2>, GpError> {
         .condition("x", Side::Lower, insulated())?
         .condition("x", Side::Upper, insulated())?
         .condition("t", Side::Lower, start)?;
-    Ok(Setting {
-        name: "Wave-BVP-1",
-        problem,
-        solution: Arc::new(|[x, t]| {
-            0.5 * t + t.cos() * x.cos() + 0.25 * (2.0 * t).sin() * (2.0 * x).cos()
-        }),
-        load: zero(),
-        truth: truth(&[("theta", 1.0)]),
-    })
+    let solution =
+        |[x, t]: [f64; 2]| 0.5 * t + t.cos() * x.cos() + 0.25 * (2.0 * t).sin() * (2.0 * x).cos();
+    Ok(Setting::new("Wave-BVP-1", problem, &[("theta", 1.0)], solution))
 }
 
 /// u_tt = θ² u_xx on [0, 1] × [½, 2½], u(0, t) = u(1, t), u = sin πx and u_t = 0 at the start.
@@ -175,13 +154,8 @@ pub(crate) fn wave_2() -> Result<Setting<2>, GpError> {
     let problem = Problem::new(domain, dt * dt - &speed * (&speed * dx * dx))?
         .periodic("x", Periodicity::Value)?
         .condition("t", Side::Lower, start)?;
-    Ok(Setting {
-        name: "Wave-BVP-2",
-        problem,
-        solution: Arc::new(|[x, t]| (PI * x).sin() * ((t - 0.5) * PI).cos()),
-        load: zero(),
-        truth: truth(&[("theta", 1.0)]),
-    })
+    let solution = |[x, t]: [f64; 2]| (PI * x).sin() * ((t - 0.5) * PI).cos();
+    Ok(Setting::new("Wave-BVP-2", problem, &[("theta", 1.0)], solution))
 }
 
 /// u_t + θ₁ u_x = θ₂ u_xx on the unit square, held at both ends, u = sin(2πx) eˣ at the start.
@@ -195,15 +169,10 @@ pub(crate) fn advection_diffusion() -> Result<Setting<2>, GpError> {
         .condition("x", Side::Lower, held())?
         .condition("x", Side::Upper, held())?
         .condition("t", Side::Lower, Condition::Dirichlet(start))?;
-    Ok(Setting {
-        name: "Advection-diffusion",
-        problem,
-        solution: Arc::new(|[x, t]| {
-            (2.0 * PI * x).sin() * (-(0.1 * PI * PI + 0.025) * t + x).exp()
-        }),
-        load: zero(),
-        truth: truth(&[("advection", 0.05), ("diffusion", 0.025)]),
-    })
+    let solution =
+        |[x, t]: [f64; 2]| (2.0 * PI * x).sin() * (-(0.1 * PI * PI + 0.025) * t + x).exp();
+    let truth = [("advection", 0.05), ("diffusion", 0.025)];
+    Ok(Setting::new("Advection-diffusion", problem, &truth, solution))
 }
 
 /// −Δu + 9u = f on the unit square, free at the lower ends, held at the upper ones; the solution has
@@ -213,11 +182,8 @@ pub(crate) fn helmholtz() -> Result<Setting<2>, GpError> {
     let [dx, dy] = domain.derivatives();
     let mut problem = Problem::new(domain, -(dx * dx) - dy * dy + 9.0 * Derivative::identity())?;
     for axis in ["x", "y"] {
-        problem = problem.condition(axis, Side::Lower, insulated())?.condition(
-            axis,
-            Side::Upper,
-            held(),
-        )?;
+        problem = problem.condition(axis, Side::Lower, insulated())?;
+        problem = problem.condition(axis, Side::Upper, held())?;
     }
     let bend = |y: f64| (-y).exp() + y - 1.0 - (-1.0_f64).exp();
     let wave = |x: f64| (PI * x / 2.0).cos();
@@ -228,13 +194,8 @@ pub(crate) fn helmholtz() -> Result<Setting<2>, GpError> {
             + wave(x) * (PI * PI / 4.0 * bend(y) - (-y).exp())
             + 9.0 * solution([x, y])
     };
-    Ok(Setting {
-        name: "Helmholtz",
-        problem,
-        solution: Arc::new(solution),
-        load: Arc::new(load),
-        truth: Vec::new(),
-    })
+    let setting = Setting::new("Helmholtz", problem, &[], solution);
+    Ok(Setting { load: Arc::new(load), ..setting })
 }
 
 /// ε of [`allen_cahn`].
@@ -273,14 +234,10 @@ pub(crate) fn allen_cahn(kappa: f64, unknown: bool) -> Result<Setting<2>, GpErro
         .condition("s", Side::Lower, known())?
         .condition("s", Side::Upper, known())?
         .condition("t", Side::Lower, known())?;
-    Ok(Setting {
-        name: "Allen-Cahn",
-        problem,
-        solution: Arc::new(move |[s, t]| {
-            let x = (kappa * s).sinh() / kappa.sinh();
-            0.5 * (1.0 - ((x - SPEED * t) * STEEPNESS).tanh())
-        }),
-        load: zero(),
-        truth: if unknown { truth(&[("epsilon", WIDTH)]) } else { Vec::new() },
-    })
+    let solution = move |[s, t]: [f64; 2]| {
+        let x = (kappa * s).sinh() / kappa.sinh();
+        0.5 * (1.0 - ((x - SPEED * t) * STEEPNESS).tanh())
+    };
+    let truth: &[_] = if unknown { &[("epsilon", WIDTH)] } else { &[] };
+    Ok(Setting::new("Allen-Cahn", problem, truth, solution))
 }

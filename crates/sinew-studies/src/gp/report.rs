@@ -58,7 +58,7 @@ fn row(row: &Row) -> Result<sinew_report::Row, ReportError> {
         0 => String::new(),
         failed => format!("{failed} more gave no result: {}", row.failures.join("; ")),
     };
-    let runs = row.runs();
+    let runs = &row.runs;
     let collapsed = runs.iter().filter(|run| run.collapsed).count();
     let collapsed = Value::Text(format!("{collapsed} of {}", runs.len()));
     let jitter = runs.iter().filter_map(|run| run.jitter).reduce(f64::max);
@@ -85,12 +85,12 @@ fn printed(label: &Label) -> String {
 
 /// Every restart of the first data set: what the best one was chosen from.
 fn restarts(rows: &[Row]) -> Option<Block> {
-    let restarted = rows.iter().filter(|row| row.runs()[0].restarts.len() > 1);
+    let restarted = rows.iter().filter(|row| row.runs[0].restarts.len() > 1);
     let lines: Vec<Vec<Cell>> = restarted
         .flat_map(|row| {
             let label = &row.label;
             let name = format!("{} {} {}", label.problem, label.method.label(), label.setting);
-            row.runs()[0].restarts.iter().enumerate().map(move |(number, end)| {
+            row.runs[0].restarts.iter().enumerate().map(move |(number, end)| {
                 let theta: Vec<String> = end.theta.iter().map(|value| digits(*value, 4)).collect();
                 vec![
                     name.trim_end().into(),
@@ -113,7 +113,7 @@ fn restarts(rows: &[Row]) -> Option<Block> {
 /// Coverage of the intervals, in a sentence; none if that was not asked.
 fn coverage(row: &Row) -> Option<String> {
     let covered: Vec<&Covered> =
-        row.runs().iter().map(|run| run.covered.as_ref()).collect::<Option<_>>()?;
+        row.runs.iter().map(|run| run.covered.as_ref()).collect::<Option<_>>()?;
     let percent = |share: f64| format!("{:.1}", 100.0 * share);
     let of = covered.len();
     let parameters = row.label.truth.iter().enumerate().map(|(number, truth)| {

@@ -156,7 +156,8 @@ pub struct Label {
 pub struct Row {
     /// Subject.
     pub label: Label,
-    runs: Vec<Run>,
+    /// Values of every data set, in order; one at least.
+    pub(crate) runs: Vec<Run>,
     /// Data sets that gave no result, by reason.
     pub failures: Vec<String>,
 }
@@ -165,11 +166,6 @@ impl Row {
     /// Row of the runs of one case; `None` without runs.
     pub fn of(label: Label, runs: Vec<Run>, failures: Vec<String>) -> Option<Self> {
         (!runs.is_empty()).then_some(Self { label, runs, failures })
-    }
-
-    /// Values of every data set, in order; one at least.
-    pub(crate) fn runs(&self) -> &[Run] {
-        &self.runs
     }
 
     /// Median and range of a number of all runs.

@@ -1,9 +1,10 @@
 //! A thin travelling front: a nonlinear equation, forward and inverse, beyond the thesis' linear ones.
 
 use crate::gp::experiment::{Case, Experiment, Purpose, Scale, Task, no_figures};
-use crate::gp::inference::{Approach, Drawings, Inference, Observed, standard_normal};
+use crate::gp::inference::{Approach, Drawings, Inference, Observed};
 use crate::gp::problems::{Setting, allen_cahn};
 use crate::gp::row::{Covered, Run};
+use crate::program::standard_normal;
 use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

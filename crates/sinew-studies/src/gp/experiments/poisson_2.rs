@@ -16,13 +16,9 @@ pub(super) fn experiment(scale: Scale) -> Result<Experiment> {
     let domain = Domain::polygon(["x", "y"], &corners())?;
     let [dx, dy] = domain.derivatives();
     let reference = Pentagon::solve();
-    let setting = Setting {
-        name: "Poisson-BVP-2",
-        problem: Problem::new(domain, -(dx * dx) - dy * dy)?.boundary(constant(0.0))?,
-        solution: Arc::new(move |place| reference.value(place)),
-        load: Arc::new(|_| LOAD),
-        truth: Vec::new(),
-    };
+    let problem = Problem::new(domain, -(dx * dx) - dy * dy)?.boundary(constant(0.0))?;
+    let setting = Setting::new("Poisson-BVP-2", problem, &[], move |place| reference.value(place));
+    let setting = Setting { load: Arc::new(|_| LOAD), ..setting };
     let count = scale.pick(COLLOCATION, COLLOCATION / 4);
     let inference =
         Inference::new(&setting, Approach::Constrained, scale, move |setting, task: &Task| {
