@@ -38,14 +38,15 @@ fn main() -> ExitCode {
         Study::ReproduceCalibration(options) => end(calibration::reproduce(&options)),
         Study::CoverageEstimates(options) => end(coverage::run(&options)),
         Study::Thesis(options) => end(thesis::run::reproduce(&options)),
-        Study::Verify(options) => match verify::verify(&verify::cases::ALL, &options) {
-            Ok(true) => ExitCode::SUCCESS,
-            Ok(false) => ExitCode::FAILURE,
-            Err(error) => end(Err(error)),
-        },
-        Study::Measure(measurement) => match measurement.run() {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(error) => end(Err(error)),
-        },
+        Study::Verify(options) => passed(verify::verify(&verify::cases::ALL, &options)),
+        Study::Measure(measurement) => passed(measurement.run().map(|()| true)),
+    }
+}
+
+fn passed(result: anyhow::Result<bool>) -> ExitCode {
+    match result {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => end(Err(error)),
     }
 }

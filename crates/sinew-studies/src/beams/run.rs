@@ -8,9 +8,9 @@ use crate::timing::WallClock;
 use crate::{manifest, program};
 use anyhow::{Context, Result, ensure};
 use sinew::output::{Results, Row};
-use sinew::{Body, Case, Comparison, TestSet};
+use sinew::{Case, Comparison, TestSet};
 use sinew_emulate::{Terminal, median_and_worst, store};
-use sinew_report::{Block, Report, Section};
+use sinew_report::{Block, Report};
 use std::path::{Path, PathBuf};
 
 /// Newton steps that predictions are corrected by for the evaluation beside the report.
@@ -38,13 +38,7 @@ pub fn reproduce_beam(options: &BeamOptions) -> Result<PathBuf> {
     report.notes = NOTES.map(String::from).to_vec();
     let mut lines = String::new();
     for beam in options.scene.beams() {
-        let run = run_scene(options, beam, &clock)?;
-        if lines.is_empty() {
-            lines = samples::head(&run.body.parameters);
-        }
-        lines += &run.samples;
-        report.notes.push(format!("{}: {}", beam.scene, run.note));
-        report.sections.push(run.section);
+        run_scene(options, beam, &clock, (&mut report, &mut lines))?;
     }
     report.provenance = report.provenance.finished(clock.save()?.as_secs_f64());
     let [all, met] = report.verdicts();
@@ -96,16 +90,13 @@ const NOTES: [&str; 2] = [
      that solution with an independent program on the same mesh, not with the continuum.",
 ];
 
-/// Part of the report on one scene.
-struct SceneRun {
-    body: Body,
-    section: Section,
-    /// Lines of `samples.csv`.
-    samples: String,
-    note: String,
-}
-
-fn run_scene(options: &BeamOptions, beam: &Beam, clock: &WallClock) -> Result<SceneRun> {
+/// Adds one scene to the report, and to the lines of `samples.csv`.
+fn run_scene(
+    options: &BeamOptions,
+    beam: &Beam,
+    clock: &WallClock,
+    (report, lines): (&mut Report, &mut String),
+) -> Result<()> {
     let case = Case::read(Path::new(beam.scene))?;
     eprintln!("\n{}: {}", case.name, case.about);
     let folder = options.out.join(beam.name);
@@ -114,7 +105,10 @@ fn run_scene(options: &BeamOptions, beam: &Beam, clock: &WallClock) -> Result<Sc
     let (test, test_s) = program::test_set(&body, count, options.seed, &folder)?;
     clock.save()?;
     let mut comparison = Comparison::new(&test)?;
-    let (mut lines, mut shown) = (String::new(), Vec::new());
+    let mut shown = Vec::new();
+    if lines.is_empty() {
+        *lines = samples::head(&body.parameters);
+    }
     let mut found = vec![("fem", test.fields.clone())];
     for (key, recipe) in recipes::recipes(options) {
         let folder = folder.join(key);
@@ -123,7 +117,7 @@ fn run_scene(options: &BeamOptions, beam: &Beam, clock: &WallClock) -> Result<Sc
         let cases = comparison.add(key, &emulator, &test, CORRECTIONS)?;
         let last = comparison.methods.last().context("a method was added")?;
         store::write_json(&folder.join("evaluation.json"), &last.evaluation)?;
-        lines += &samples::lines(beam.name, key, &test.thetas, &cases)?;
+        *lines += &samples::lines(beam.name, key, &test.thetas, &cases)?;
         shown.extend(median_and_worst(&cases));
         found.push((key, emulator.predict(&test.thetas)?.fields()));
         clock.save()?;
@@ -138,12 +132,14 @@ fn run_scene(options: &BeamOptions, beam: &Beam, clock: &WallClock) -> Result<Sc
         Block::Text("The solver against FEniCS on the same mesh:".into()),
         Block::Table(solver.table),
     ]);
-    let note = format!(
-        "at mu = lambda = 75 kPa this mesh of linear tetrahedra is {:.2} mm (median over the nodes) from a solution with \
+    *lines += &solver.samples;
+    report.sections.push(section);
+    report.notes.push(format!(
+        "{}: at mu = lambda = 75 kPa this mesh of linear tetrahedra is {:.2} mm (median over the nodes) from a solution with \
          quadratic ones. Emulators inherit that error; no row shows it.",
-        solver.discretisation_mm
-    );
-    Ok(SceneRun { section, samples: lines + &solver.samples, note, body })
+        beam.scene, solver.discretisation_mm
+    ));
+    Ok(())
 }
 
 /// Writes the fields of the median and the worst case of every method.

@@ -3,7 +3,7 @@
 use super::ecdf::RankEcdf;
 use super::options::Options;
 use super::patients::{self, NAMES, Synthetic};
-use super::row::row;
+use super::row::{listing, row};
 use crate::program;
 use anyhow::{Result, anyhow};
 use serde::{Deserialize, Serialize};
@@ -139,12 +139,11 @@ fn written(outcomes: &[Outcome], refused: Vec<String>, title: String) -> Section
     let facts = of.map(|(name, of)| (name.to_string(), format!("{:.3}", median(of)))).to_vec();
     let said: Vec<_> = facts.iter().map(|(name, value)| format!("{name} {value}")).collect();
     println!("{title}; {}", said.join(", "));
-    let head = ["quantity"].into_iter().chain(HEAD).map(String::from).collect();
     let blocks = vec![
         Block::Text(title),
         Block::List(refused),
         Block::Facts(facts),
-        Block::Listing { title: "Share of intervals that hold the truth".into(), head, rows },
+        listing("Share of intervals that hold the truth", "quantity", &HEAD, rows),
         Block::charts(
             "Rank ECDFs",
             "Share of the truth's ranks up to a point, with 95 % bands (Säilynoja 2022).",

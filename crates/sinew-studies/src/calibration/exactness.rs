@@ -4,7 +4,7 @@ use super::metropolis;
 use super::options::Options;
 use super::patients::{self, Synthetic};
 use super::reference::Reference;
-use super::row::row;
+use super::row::{listing, row};
 use crate::program;
 use anyhow::{Result, anyhow};
 use sinew::Prepared;
@@ -46,12 +46,7 @@ pub(super) fn grid(options: &Options) -> Result<Section> {
         Ok(Reference::grid(&prepared.problem, &model, points))
     })?;
     let text = said(&format!("{points} × {points} solves on a grid"), &prepared, &reference);
-    let good = CalibrateOptions {
-        seed: options.seed,
-        draws,
-        steps: 2 * draws,
-        ..CalibrateOptions::default()
-    };
+    let good = settings(options, draws);
     // Few points, straight lines: the first round alone shows it, five correct or refuse it.
     let bad = CalibrateOptions { starts: 1, design: 12, degree: 1, ..good };
     let cases = [
@@ -83,15 +78,13 @@ pub(super) fn importance(options: &Options) -> Result<Section> {
         let name = format!("patient {number}");
         let what = format!("{name}: {solves} solves of importance sampling");
         texts.push(said(&what, &prepared, &reference));
-        let settings = CalibrateOptions {
-            seed: options.seed,
-            draws,
-            steps: 2 * draws,
-            ..CalibrateOptions::default()
-        };
-        rows.push(compared(&name, &prepared, &model, &settings, &reference)?);
+        rows.push(compared(&name, &prepared, &model, &settings(options, draws), &reference)?);
     }
     Ok(section("importance", "Four parameters against importance sampling", texts, rows))
+}
+
+fn settings(options: &Options, draws: usize) -> CalibrateOptions {
+    CalibrateOptions { seed: options.seed, draws, steps: 2 * draws, ..CalibrateOptions::default() }
 }
 
 fn said(what: &str, prepared: &Prepared, reference: &Reference) -> String {
@@ -105,9 +98,7 @@ fn said(what: &str, prepared: &Prepared, reference: &Reference) -> String {
 }
 
 fn section(name: &str, title: &str, texts: Vec<String>, rows: Vec<Vec<Cell>>) -> Section {
-    let head = ["posterior"].into_iter().chain(HEAD).map(String::from).collect();
-    let listing =
-        Block::Listing { title: "Largest distances over the parameters".into(), head, rows };
+    let listing = listing("Largest distances over the parameters", "posterior", &HEAD, rows);
     Section { name: name.into(), title: title.into(), blocks: vec![Block::List(texts), listing] }
 }
 
@@ -164,8 +155,7 @@ pub(super) fn rival(options: &Options) -> Result<Section> {
             clock.elapsed().as_secs_f64(),
         ),
     ];
-    let head = ["method"].into_iter().chain(HEAD).map(String::from).collect();
     let title = "Effective draws a solve; adaptive Metropolis (Haario et al. 2001) starts at the mode with the Laplace covariance";
-    let blocks = vec![Block::Listing { title: title.into(), head, rows }];
+    let blocks = vec![listing(title, "method", &HEAD, rows)];
     Ok(Section { name: "rival".into(), title: "Adaptive Metropolis beside".into(), blocks })
 }

@@ -3,7 +3,7 @@
 use super::coverage::{LEVELS, VOLUMES, held, quantities, rank};
 use super::options::Options;
 use super::patients::{self, NAMES, Synthetic};
-use super::row::row;
+use super::row::{listing, row};
 use crate::program;
 use anyhow::{Result, anyhow, ensure};
 use serde::{Deserialize, Serialize};
@@ -179,33 +179,21 @@ fn written(outcomes: &[[Vec<Outcome>; 2]; 2], patients: usize) -> Section {
                 .map(|errors| errors.iter().sum::<f64>() / errors.len() as f64)
                 .collect();
             errors.push(row(&name, &quantities, &shifts));
-            let large =
-                |outcome: &Outcome| outcome.found.as_ref().is_ok_and(|found| found.p < UNLIKELY);
-            let contradicted =
-                |outcome: &Outcome| outcome.found.as_ref().is_ok_and(|found| found.contradicted);
-            let refused = |outcome: &Outcome| outcome.found.is_err();
-            let share = |of: &dyn Fn(&Outcome) -> bool| {
-                all.iter().filter(|outcome| of(outcome)).count() as f64 / all.len() as f64
+            let flags = |outcome: &Outcome| {
+                let found = outcome.found.as_ref();
+                let large = found.is_ok_and(|found| found.p < UNLIKELY);
+                let contradicted = found.is_ok_and(|found| found.contradicted);
+                let [fails, refused] = [outcome.fails, found.is_err()];
+                [fails, large, contradicted, refused, fails || large || contradicted || refused]
             };
-            let any = |outcome: &Outcome| {
-                outcome.fails || large(outcome) || contradicted(outcome) || refused(outcome)
+            let share = |check: usize| {
+                all.iter().filter(|outcome| flags(outcome)[check]).count() as f64 / all.len() as f64
             };
             let p: Vec<f64> = found.iter().map(|found| found.p).collect();
-            let numbers = [
-                share(&|outcome| outcome.fails),
-                share(&large),
-                share(&contradicted),
-                share(&refused),
-                share(&any),
-                quantile(&p, 0.5),
-            ];
+            let numbers: Vec<f64> = (0..5).map(share).chain([quantile(&p, 0.5)]).collect();
             checks.push(row(&name, &CHECKS, &numbers));
         }
     }
-    let listing = |title: String, first: &str, names: &[&str], rows: Vec<Vec<Cell>>| {
-        let head = [first].iter().chain(names).map(|name| name.to_string()).collect();
-        Block::Listing { title, head, rows }
-    };
     let compared = (0..2).map(|truth| compared(truth, &outcomes[truth])).collect();
     let about = format!(
         "{patients} patients each. Springs of {} kPa/mm along the normal of the epicardium, or none, in the patient (truth) and in the model.",
@@ -215,15 +203,10 @@ fn written(outcomes: &[[Vec<Outcome>; 2]; 2], patients: usize) -> Section {
     let blocks = vec![
         Block::Text(about),
         listing(share, "springs", &quantities, coverage),
-        listing("Mean error [posterior sd]".into(), "springs", &quantities, errors),
+        listing("Mean error [posterior sd]", "springs", &quantities, errors),
+        listing("Share of patients whose data speak against the model", "springs", &CHECKS, checks),
         listing(
-            "Share of patients whose data speak against the model".into(),
-            "springs",
-            &CHECKS,
-            checks,
-        ),
-        listing(
-            "Both models on the same data by leave-one-out predictive density".into(),
+            "Both models on the same data by leave-one-out predictive density",
             "springs",
             &COMPARED,
             compared,

@@ -63,17 +63,15 @@ pub(super) fn section(options: &Options) -> Result<Section> {
         Block::Facts(study.facts),
         Block::Table(table(&study.population)?),
     ];
-    if !study.one_shape.is_empty() {
-        let about = "One shape that no network has seen, and what some simulations of it add:";
-        blocks.extend([Block::Text(about.into()), Block::Table(table(&study.one_shape)?)]);
-    }
-    if !study.volumes.is_empty() {
-        let about = "Volumes of cavities by methods that find no displacements:";
-        blocks.extend([Block::Text(about.into()), Block::Table(table(&study.volumes)?)]);
-    }
-    if !cases.rows.is_empty() {
-        let about = "Volumes of single cases, chosen as in the thesis (§2.4.5):";
-        blocks.extend([Block::Text(about.into()), Block::Table(cases)]);
+    let one_shape = "One shape that no network has seen, and what some simulations of it add:";
+    let volumes = "Volumes of cavities by methods that find no displacements:";
+    let single = "Volumes of single cases, chosen as in the thesis (§2.4.5):";
+    for (about, table) in
+        [(one_shape, table(&study.one_shape)?), (volumes, table(&study.volumes)?), (single, cases)]
+    {
+        if !table.rows.is_empty() {
+            blocks.extend([Block::Text(about.into()), Block::Table(table)]);
+        }
     }
     blocks.extend(who_wins);
     if let Some(embedding) = study.embedding {

@@ -122,23 +122,15 @@ impl Options {
         let kept: Kept<S> = program::kept(file, self.resume, || {
             Ok(Kept { study: make()?, options: self.clone() })
         })?;
-        self.require_same(&kept.options, file)?;
-        Ok(kept.study)
-    }
-
-    /// Requires that what was kept is of a run with these options.
-    fn require_same(&self, kept: &Self, file: &Path) -> anyhow::Result<()> {
-        let comparable = |options: &Self| Self {
-            only: Vec::new(),
-            resume: false,
-            shard: None,
-            ..options.clone()
+        let comparable = |options: &Self| {
+            let (only, resume, shard) = (Vec::new(), false, None);
+            Self { only, resume, shard, ..options.clone() }
         };
         anyhow::ensure!(
-            comparable(kept) == comparable(self),
+            comparable(&kept.options) == comparable(self),
             "{} is of a run with other options; repeat them, or start anew without --resume",
             file.display()
         );
-        Ok(())
+        Ok(kept.study)
     }
 }

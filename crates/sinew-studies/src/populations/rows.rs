@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use sinew_report::{Cell, Column, Distribution, Row, Table};
 
 /// A method, its errors and its costs.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Measured {
     /// Description.
     pub method: String,

@@ -16,14 +16,6 @@ use std::path::PathBuf;
 /// Streams that individuals are drawn from: simulated for regressions, and tested on.
 const STREAMS: [u64; 2] = [23, 47];
 
-/// Size of a study of a population.
-struct Size {
-    /// Individuals tested on.
-    tests: u64,
-    /// Simulations of the rivals.
-    simulations: &'static [usize],
-}
-
 /// Runs all populations that are asked for and writes the report, anew after each; the path of `report.html`. With a shard only simulates that, and
 /// returns their folder.
 ///
@@ -78,22 +70,22 @@ impl Options {
         self.seed.wrapping_mul(1000) + STREAMS[which]
     }
 
-    fn size(&self, key: &str) -> Size {
-        let (tests, simulations): (_, &[usize]) = match (self.quick, key) {
+    /// Individuals tested on, and simulations of the rivals.
+    fn size(&self, key: &str) -> (u64, &'static [usize]) {
+        match (self.quick, key) {
             (true, _) => (3, &[8]),
             (_, "rings") => (200, &[50, 200, 400]),
             (_, "beams") => (200, &[100, 400]),
             (_, "infarcts") => (60, &[300]),
             _ => (60, &[100, 300]),
-        };
-        Size { tests, simulations }
+        }
     }
 }
 
 fn study(options: &Options, key: &str) -> Result<Study> {
-    let (stage, size) = (Stage::new(key, options.quick)?, options.size(key));
+    let (stage, (tests, simulations)) = (Stage::new(key, options.quick)?, options.size(key));
     eprintln!("\n{}", stage.about);
-    let groups = groups(options, &stage, size.tests)?;
+    let groups = groups(options, &stage, tests)?;
     let mut study = Study::default();
     for group in &groups {
         let nodes: Vec<usize> = group.individuals.iter().map(|i| i.body.nodes).collect();
@@ -109,7 +101,7 @@ fn study(options: &Options, key: &str) -> Result<Study> {
         );
         study.facts.push((group.name.clone(), fact));
     }
-    for &count in size.simulations.iter().filter(|_| !options.no_rivals) {
+    for &count in simulations.iter().filter(|_| !options.no_rivals) {
         for Rival { names: [name, about], cpu_s, predict } in
             rivals(&stage, options.stream(0), count)?
         {

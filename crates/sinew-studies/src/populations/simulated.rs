@@ -158,13 +158,13 @@ impl<B: Simulated> Compared<'_, B> {
         let measured = Measured {
             method: method.into(),
             about: about.into(),
-            group: String::new(),
             errors: pairs().flat_map(|(body, answer)| body.distances(answer)).collect(),
             volumes: pairs().filter_map(|(body, answer)| body.volume_error(answer)).collect(),
             bodies: pairs().map(|(body, answer)| mean(&body.distances(answer))).collect(),
             cpu_s,
             simulated_s: self.simulation_s * learned as f64,
             answer_s: answer_s + if told.coarse { self.coarse_s } else { 0.0 },
+            ..Measured::default()
         };
         measured.tell()?;
         Ok(measured)

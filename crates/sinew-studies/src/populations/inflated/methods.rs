@@ -119,12 +119,10 @@ impl Data<'_> {
         let topology = self.ventricles.graph(variant.virtual_nodes)?;
         let theta = std::slice::from_ref(&first.theta);
         let geometry = first.geometry(&topology, told)?;
-        let varying = cpu_seconds_of(|| {
-            surrogate.predict(&first.geometry(&topology, told)?, theta)?;
-            Ok(())
-        })?;
+        let predict = || Ok(surrogate.predict(&first.geometry(&topology, told)?, theta)?);
+        let varying = cpu_seconds_of(predict)?;
         let fixed = surrogate.fixed_geometry(&geometry)?;
-        let fixed = cpu_seconds_of(|| Ok(fixed.predict(theta).map(|_| ())?))?;
+        let fixed = cpu_seconds_of(|| Ok(fixed.predict(theta)?))?;
         Ok([varying, fixed])
     }
 

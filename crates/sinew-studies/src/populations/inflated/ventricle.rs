@@ -197,14 +197,8 @@ impl Ventricles {
         let mut seconds = [0.0; 2];
         for Ventricle { numbers, theta, .. } in ventricles {
             let [fine, coarse] = self.stage.bodies(numbers)?;
-            seconds[0] += cpu_seconds_of(|| {
-                coarse_displacement(&coarse, &fine, theta)?;
-                Ok(())
-            })?;
-            seconds[1] += cpu_seconds_of(|| {
-                solve_nested(&coarse, &fine, theta)?;
-                Ok(())
-            })?;
+            seconds[0] += cpu_seconds_of(|| Ok(coarse_displacement(&coarse, &fine, theta)?))?;
+            seconds[1] += cpu_seconds_of(|| Ok(solve_nested(&coarse, &fine, theta)?))?;
         }
         Ok(seconds.map(|s| s / ventricles.len() as f64))
     }

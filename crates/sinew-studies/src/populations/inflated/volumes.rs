@@ -49,13 +49,11 @@ impl Data<'_> {
         Ok(Measured {
             method: method.into(),
             about: format!("{about}; 25, 50, 75 %: {quartiles} %"),
-            group: String::new(),
-            errors: Vec::new(),
             volumes,
-            bodies: Vec::new(),
             cpu_s,
             simulated_s: self.compared.simulation_s * learned as f64,
             answer_s,
+            ..Measured::default()
         })
     }
 
