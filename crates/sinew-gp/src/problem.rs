@@ -113,5 +113,5 @@ const ON_EDGES: &str = "`Problem::boundary` for values on its edges, `Data::impo
 /// Places on a face where conditions are looked at.
 const FACE_PLACES: usize = 20;
 
-/// What is wrong with a second condition.
+/// Refusal of a second condition.
 const TAKEN: &str = "has a condition already; give value and slope together as a Cauchy condition";

@@ -230,7 +230,7 @@ impl<const D: usize> Conditional<D> {
     }
 }
 
-/// What is asked: the last group, beyond the data.
+/// Conditioning on the request, which is the last group beyond the data.
 impl<const D: usize> State<'_, D> {
     fn prior_mean(&self) -> Vec<f64> {
         self.residual()[self.model.size..].iter().map(|residual| -residual).collect()

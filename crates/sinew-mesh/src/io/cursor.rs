@@ -12,7 +12,7 @@ pub(crate) type Fault = (Place, Problem);
 /// A piece of a message.
 pub(super) type What = &'static str;
 
-/// What a reader returns.
+/// Result of a reader.
 pub(super) type Result<T, E = Problem> = std::result::Result<T, E>;
 
 /// Encoding of the numbers in a file: text, or binary by the order of bytes.

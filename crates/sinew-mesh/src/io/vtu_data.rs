@@ -49,7 +49,7 @@ impl<'a> Source<'a> {
         Ok(Some(Self::new(at + start, &section[start..], base64, Layout::default())))
     }
 
-    /// Those from an offset on.
+    /// Appended data from an offset on.
     pub(super) fn starting(&self, offset: usize, layout: Layout) -> Result<Self> {
         let value = i64::try_from(offset).unwrap_or(i64::MAX);
         let bounds = [0, self.data.len() as i64];

@@ -9,7 +9,7 @@ pub(super) fn shown(point: impl Into<[f64; 3]>) -> String {
     format!("({x:.3}, {y:.3}, {z:.3})")
 }
 
-/// What is returned on the way to a wall.
+/// Result of a step towards a wall.
 pub(super) type Result<T, E = ChamberError> = std::result::Result<T, E>;
 
 /// Surfaces that no wall can be made from. Points are in the surfaces' own unit of length.
