@@ -1,16 +1,15 @@
 //! Quantities that are seen of a patient.
 
+use std::fmt;
+
 /// State of the tissue.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum At {
     /// The state that the image shows.
-    #[error("image")]
     Image,
     /// The unloaded body.
-    #[error("rest")]
     Rest,
     /// A phase, by its name.
-    #[error("{0}")]
     Phase(String),
 }
 
@@ -25,29 +24,40 @@ impl From<&str> for At {
     }
 }
 
+impl fmt::Display for At {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Image => f.write_str("image"),
+            Self::Rest => f.write_str("rest"),
+            Self::Phase(name) => f.write_str(name),
+        }
+    }
+}
+
 /// Direction of a segment's strain, a line of the tissue in the image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Direction {
     /// Around the long axis, in the layer of equal depth.
-    #[error("circumferential")]
     Circumferential,
     /// Towards the base, in the layer of equal depth.
-    #[error("longitudinal")]
     Longitudinal,
     /// Across the wall.
-    #[error("radial")]
     Radial,
     /// The first direction of the law.
-    #[error("fibre")]
     Fibre,
 }
 
+impl fmt::Display for Direction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(["circumferential", "longitudinal", "radial", "fibre"][*self as usize])
+    }
+}
+
 /// A scalar observable of a patient.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Observable {
     /// Volume of a cavity \[length³\], as [`sinew_energy::Cavity`] defines it.
-    #[error("volume of {cavity} at {at}")]
     Volume {
         /// Facet set of the pressure that fills the cavity.
         cavity: String,
@@ -55,7 +65,6 @@ pub enum Observable {
         at: At,
     },
     /// Strain ½(|F e|² − 1) of lines of tissue from one state to another, averaged over the volume of a segment in the image.
-    #[error("{direction} strain of segment {segment} from {from} to {to}")]
     Strain {
         /// Name of the segment.
         segment: String,
@@ -67,7 +76,6 @@ pub enum Observable {
         to: At,
     },
     /// Displacement of a point of the wall along a direction \[length\].
-    #[error("displacement of ({}, {}, {}) from {from} to {to}", point[0], point[1], point[2])]
     Displacement {
         /// Place in the image \[length\].
         point: [f64; 3],
@@ -104,5 +112,19 @@ impl Observable {
         to: impl Into<At>,
     ) -> Self {
         Self::Displacement { point, direction, from: from.into(), to: to.into() }
+    }
+}
+
+impl fmt::Display for Observable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Volume { cavity, at } => write!(f, "volume of {cavity} at {at}"),
+            Self::Strain { segment, direction, from, to } => {
+                write!(f, "{direction} strain of segment {segment} from {from} to {to}")
+            }
+            Self::Displacement { point: [x, y, z], from, to, .. } => {
+                write!(f, "displacement of ({x}, {y}, {z}) from {from} to {to}")
+            }
+        }
     }
 }

@@ -30,11 +30,14 @@ impl Problem {
             true => Ok(()),
             false => Err(CalibrateError::Input(reason)),
         };
-        let unknown = "nothing is unknown; give at least one parameter a range";
-        require(!unknowns.is_empty(), unknown.into())?;
+        let nothing = "nothing is unknown; give at least one parameter a range";
+        require(!unknowns.is_empty(), nothing.into())?;
         require(!data.is_empty(), "there are no data; add a [[data]] with a value".into())?;
-        if let Some((unknown, fault)) = unknowns.iter().find_map(|u| Some((u, u.prior.fault()?))) {
-            require(false, format!("the prior of {}: {fault}", unknown.name))?;
+        for unknown in &unknowns {
+            if let Some(fault) = unknown.prior.fault() {
+                let reason = format!("the prior of {}: {fault}", unknown.name);
+                return Err(CalibrateError::Input(reason));
+            }
         }
         for Datum { name, value, deviation, is_share, .. } in &data {
             let advice = "give a finite number or leave the datum out";

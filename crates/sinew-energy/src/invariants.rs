@@ -6,7 +6,7 @@
 
 use crate::law::finite_or_infinite;
 use crate::{Exact, Guard, Law, Response, with_constant};
-use sinew_num::{Jet, Mat3, Scalar, Slope, Taylor, add3};
+use sinew_num::{Jet, Mat3, Scalar, Slope, Taylor, add3, dot3};
 use std::fmt::Debug;
 use std::ops::RangeInclusive;
 
@@ -25,11 +25,16 @@ impl<S: Scalar, const D: usize> Invariants<S, D> {
     /// The invariants of `F = I + H`.
     #[inline]
     pub(crate) fn new(h: &Mat3<S>, directions: &[[S; 3]; D]) -> Self {
-        let strain = |a| directions.each_ref().map(|b| h.strain_between(a, b));
+        // As [`Mat3::strain_between`], with each direction moved once.
+        let moved = directions.each_ref().map(|d| h.apply(d));
+        let strain = |p: usize, q: usize| {
+            let (a, b) = (&directions[p], &directions[q]);
+            dot3(a, &moved[q]) + dot3(&moved[p], b) + dot3(&moved[p], &moved[q])
+        };
         Self {
             volume_change: h.volume_change(),
             first: h.first_invariant_minus_three(),
-            strain: directions.each_ref().map(strain),
+            strain: std::array::from_fn(|p| std::array::from_fn(|q| strain(p, q))),
         }
     }
 

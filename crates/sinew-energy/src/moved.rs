@@ -74,6 +74,9 @@ impl Body {
 /// ones before.
 fn carried(material: &Arc<dyn Material>, maps: &[Mat3<f64>]) -> Arc<dyn Material> {
     let count = material.law().directions;
+    if count == 0 {
+        return material.clone();
+    }
     let mut directions = Vec::with_capacity(count * maps.len());
     for (point, map) in maps.iter().enumerate() {
         directions.extend(material.directions(point).iter().map(|d| map.apply(d)));

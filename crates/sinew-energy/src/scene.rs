@@ -289,7 +289,10 @@ impl Load {
             Self::ThesisPressure { facets, magnitude } => {
                 Some((PressureForm::Thesis, facets, *magnitude))
             }
-            _ => None,
+            Self::BodyForce(_)
+            | Self::NodalForces(_)
+            | Self::Traction { .. }
+            | Self::Foundation { .. } => None,
         }
     }
 }

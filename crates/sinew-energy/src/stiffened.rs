@@ -98,6 +98,7 @@ impl Body {
         self.0.material = self.material.with_factors(index, factors);
         Ok(self)
     }
+
     /// Values of cells at their quadrature points.
     fn per_point(&self, of_cells: &[f64]) -> Vec<f64> {
         let points = self.points_per_cell;

@@ -152,6 +152,7 @@ impl OutputMap {
         };
         rows.map(entry).collect()
     }
+
     /// Displacement of a sample's outputs, node by node.
     fn field(&self, outputs: &[f64], parameters: &[f64]) -> impl Iterator<Item = f64> {
         let mut displacement = self.moved(&self.completed(outputs, parameters, None));

@@ -46,7 +46,8 @@ pub struct Hyperparameter {
     pub measure: Measure,
 }
 
-/// Derivative to be taken of k(x, x′): order along each axis in x, and in x′.
+/// Derivative to be taken of k(x, x′): order along each axis in x, and in x′. In tables of a stationary kernel the second is
+/// zero, see [`Formula::entry`].
 pub(crate) type Orders<const D: usize> = [[usize; D]; 2];
 
 /// Derivatives that are asked for, at which hyperparameters, and of which pairs: many first points

@@ -1,8 +1,7 @@
 //! Nodes, edges and clusters of an augmented graph.
 
 use crate::{GraphError, kmeans::squared_distances, pool_positions};
-use serde::de::Error;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 use sinew_num::{ascending, connected_components};
 use std::ops::Range;
 
@@ -15,8 +14,7 @@ use std::ops::Range;
 /// of the mesh come first. [`crate::augment`] makes valid ones, deserialising checks;
 /// after changing one by hand call [`Topology::validate`].
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-// Functions of its own name, which read and write it unchecked.
-#[serde(remote = "Self", deny_unknown_fields)]
+#[serde(try_from = "UncheckedTopology")]
 pub struct Topology {
     /// Nodes of the mesh.
     pub real_nodes: usize,
@@ -113,16 +111,6 @@ impl Topology {
         Ok(())
     }
 
-    /// Before anything is allocated for a number of nodes that only a file claims.
-    fn check_count_of_edges(&self) -> Result<(), GraphError> {
-        let (edges, nodes) = (self.senders.len(), self.nodes);
-        ensure!(
-            edges >= nodes.saturating_sub(1),
-            "{edges} edges cannot connect {nodes} nodes: is the file complete?"
-        );
-        Ok(())
-    }
-
     fn validate_edges(&self) -> Result<(), GraphError> {
         count("receivers", self.senders.len(), self.receivers.len())?;
         let mut before = [0, 0];
@@ -192,16 +180,32 @@ fn count(what: &'static str, expected: usize, found: usize) -> Result<(), GraphE
     Ok(())
 }
 
-impl Serialize for Topology {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        Self::serialize(self, serializer)
-    }
+/// Content of a file before it is checked.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct UncheckedTopology {
+    real_nodes: usize,
+    nodes: usize,
+    senders: Vec<usize>,
+    receivers: Vec<usize>,
+    roots_per_layer: Vec<usize>,
+    clusters: Vec<Vec<usize>>,
 }
 
-impl<'de> Deserialize<'de> for Topology {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let read = Self::deserialize(deserializer)?;
-        read.check_count_of_edges().and_then(|()| read.validate()).map_err(D::Error::custom)?;
-        Ok(read)
+impl TryFrom<UncheckedTopology> for Topology {
+    type Error = GraphError;
+
+    fn try_from(read: UncheckedTopology) -> Result<Self, GraphError> {
+        let UncheckedTopology { real_nodes, nodes, senders, receivers, roots_per_layer, clusters } =
+            read;
+        // Before anything is allocated for a number of nodes that only the file claims.
+        ensure!(
+            senders.len() >= nodes.saturating_sub(1),
+            "{} edges cannot connect {nodes} nodes: is the file complete?",
+            senders.len()
+        );
+        let topology = Self { real_nodes, nodes, senders, receivers, roots_per_layer, clusters };
+        topology.validate()?;
+        Ok(topology)
     }
 }

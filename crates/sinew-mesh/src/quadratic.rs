@@ -117,7 +117,8 @@ fn lifted_sets<const N: usize, const M: usize>(
     mesh: &Mesh<N>,
     raised: &Mesh<M>,
 ) -> BTreeMap<String, Vec<usize>> {
-    let outside = marked(raised.points.len(), &raised.nodes_of_facets(&boundary_facets(raised)));
+    let boundary = raised.nodes_of_facets(&boundary_facets(raised));
+    let on_boundary = marked(raised.points.len(), &boundary);
     let lift = |(name, set): (&String, &Vec<usize>)| {
         let facets = mesh.facet_sets.get(name).filter(|f| mesh.nodes_of_facets(f) == *set);
         if let Some(facets) = facets {
@@ -128,7 +129,7 @@ fn lifted_sets<const N: usize, const M: usize>(
             let whole = cell[..N].iter().all(|&node| belongs[node]);
             for edge in Mesh::<M>::ELEMENT.edges {
                 let [a, b, middle] = [0, 1, 2].map(|k| cell[edge[k]]);
-                belongs[middle] |= belongs[a] && belongs[b] && (whole || outside[middle]);
+                belongs[middle] |= belongs[a] && belongs[b] && (whole || on_boundary[middle]);
             }
         }
         (name.clone(), (0..belongs.len()).filter(|&node| belongs[node]).collect())

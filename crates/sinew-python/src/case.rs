@@ -113,8 +113,8 @@ impl NativeCase {
     ) -> Result<Self> {
         let (mesh, _) = sinew_mesh::parse("mesh.vtu", mesh)?;
         let case = Case::revived(text, file, mesh)?;
-        let made = Formulation::Quadratic;
-        Self::lowered(py, if quadratic { case.with_formulation(made) } else { case })
+        let case = if quadratic { case.with_formulation(Formulation::Quadratic) } else { case };
+        Self::lowered(py, case)
     }
 
     #[getter]

@@ -1,4 +1,4 @@
-//! Shared parts of the study programs: reports, kept results, test cases, trainings, exit.
+//! Shared parts of the study programs: reports, kept results, test cases, trainings, exit, names of choices, random numbers.
 
 use crate::manifest;
 use anyhow::{Result, ensure};

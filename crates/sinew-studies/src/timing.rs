@@ -1,4 +1,4 @@
-//! Runs and their wall times over interruptions.
+//! Runs and their wall times over interruptions; CPU time and memory of this process.
 
 use anyhow::{Context, Result, ensure};
 use serde::{Serialize, de::DeserializeOwned};

@@ -136,9 +136,10 @@ impl Regression {
                 let name = format!("regression {count}");
                 found.extend(session.simulate(&name, &thetas[tried..count])?);
                 let error = fit(session, &found)?;
-                let spent = 3.0 * session.simulate_s;
-                let affordable =
-                    !matches!(session.options.budget, Budget::Seconds(budget) if spent >= budget);
+                let affordable = match session.options.budget {
+                    Budget::Seconds(budget) => 3.0 * session.simulate_s < budget,
+                    _ => true,
+                };
                 if error <= self.target || count >= most || !affordable {
                     break;
                 }

@@ -192,27 +192,25 @@ impl<'a, 'b> Session<'a, 'b> {
 
 /// Requires a finished run of the same recipe, with networks of the same sizes, for parameters of the same names.
 fn check_start(start: &Path, own: &Started) -> Result<()> {
-    let stored = match own.network {
-        Some(_) => read_json::<Started>(&start.join(STARTED))?,
-        None => None,
-    };
-    let reason = match stored {
-        None if own.network.is_none() => {
-            format!("`{}` trains no network of its own; choose pi or dd", own.key)
+    let stored = read_json::<Started>(&start.join(STARTED));
+    let reason = if own.network.is_none() {
+        format!("`{}` trains no network of its own; choose pi or dd", own.key)
+    } else {
+        match stored? {
+            None => "it holds no run".into(),
+            Some(_) if !is_finished(start) => "its run is not finished".into(),
+            Some(stored) if stored.key != own.key => {
+                format!("it is of the recipe `{}`, not `{}`", stored.key, own.key)
+            }
+            Some(stored) if stored.network != own.network => {
+                "its network has other sizes; name the same under [training.network]".into()
+            }
+            Some(stored) if stored.body.parameters != own.body.parameters => {
+                let [known, own] = [&stored, own].map(|run| identity::listed(&run.body.parameters));
+                format!("its parameters are {known}, those here {own}")
+            }
+            Some(_) => return Ok(()),
         }
-        None => "it holds no run".into(),
-        Some(_) if !is_finished(start) => "its run is not finished".into(),
-        Some(stored) if stored.key != own.key => {
-            format!("it is of the recipe `{}`, not `{}`", stored.key, own.key)
-        }
-        Some(stored) if stored.network != own.network => {
-            "its network has other sizes; name the same under [training.network]".into()
-        }
-        Some(stored) if stored.body.parameters != own.body.parameters => {
-            let [known, own] = [&stored, own].map(|run| identity::listed(&run.body.parameters));
-            format!("its parameters are {known}, those here {own}")
-        }
-        Some(_) => return Ok(()),
     };
     Err(Error::Request(format!(
         "training cannot start from {}: {reason}; name the folder of a finished run of the same recipe and parameters",

@@ -16,8 +16,7 @@ use std::time::Duration;
 /// Part of a set of samples that are solved apart, on as many machines as there are.
 ///
 /// Printed and read as `3/16`, counted from 1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
-#[error("{index}/{of}")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shard {
     index: usize,
     of: usize,
@@ -97,6 +96,12 @@ pub enum ShardState {
 struct Counts {
     tried: usize,
     failures: Vec<IgnoredAny>,
+}
+
+impl std::fmt::Display for Shard {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}/{}", self.index, self.of)
+    }
 }
 
 /// Written when a shard is done, with a checksum of every file of it.

@@ -57,8 +57,10 @@ impl<const N: usize> Setup<'_, N> {
                     let surface = self.reference_surface(facets)?;
                     loads.surfaces.push(ReferenceSurface { normal, tangential, ..surface });
                 }
-                // Pressures depend on the displacement.
-                _ => {}
+                // They depend on the displacement.
+                Load::Pressure { .. }
+                | Load::CavityPressure { .. }
+                | Load::ThesisPressure { .. } => {}
             }
         }
         Ok(loads)

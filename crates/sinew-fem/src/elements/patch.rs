@@ -58,7 +58,9 @@ impl PatchResponse {
             }
         };
         let (mut mean, mut mixed) = (vec![0.0; 3 * nodes.len()], vec![0.0; 3 * nodes.len()]);
-        let (mut responses, mut rates, mut square) = (Vec::new(), Vec::new(), 0.0);
+        let room = points.len();
+        let (mut responses, mut rates) = (Vec::with_capacity(room), Vec::with_capacity(room));
+        let mut square = 0.0;
         for (at, &point) in points.iter().enumerate() {
             let (h, volume, third) = (kinematics.gradients[at], volumes[at], thirds[at]);
             let terms = Terms::new(&h, &kinematics.scaled[at], kinematics.scales[at], &scaled[at]);

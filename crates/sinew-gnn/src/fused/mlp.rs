@@ -153,6 +153,8 @@ impl GatheredMlp {
         let second = self.plan.rows * width * size_of::<f32>() <= KEPT_BYTES;
         [second && in_tiles, second]
     }
+
+    /// The output, and the derivative; activations are kept where it is `tracked`.
     fn evaluate(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Pullback) {
         let (sources, parameters) = (self.sources(inputs), self.parameters(inputs));
         let keep = if tracked { self.keep(&sources, &parameters) } else { [false; 2] };

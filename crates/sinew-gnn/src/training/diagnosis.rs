@@ -28,8 +28,8 @@ fn of_losses(history: &[HistoryPoint], of_zero_output: f64, exact: Option<f64>) 
 }
 
 impl Trainer {
-    /// Concern about the weights of the latest evaluation, or once the training is `over` about those that are kept: then the predictions
-    /// at all of its parameters are looked at, before of one batch per geometry, of at most 32 geometries.
+    /// Concerns about the weights. Before the training is `over`: those of the latest evaluation, from one batch per geometry, of at
+    /// most 32 geometries. After it: the kept ones, from all parameters of the training.
     pub(super) fn concerns(&mut self, over: bool) -> Result<Vec<Concern>> {
         let of_zero_output = match self.loss_of_zero_output {
             Some(loss) => loss,

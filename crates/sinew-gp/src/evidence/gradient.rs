@@ -161,11 +161,12 @@ impl<const D: usize> State<'_, D> {
     }
 }
 
-/// Cotangents of coefficients and kernel parameters.
+/// Cotangents of coefficients and kernel parameters, with the memory that one thread adds them up in.
 struct Pulled {
     /// Cotangents of the coefficients, by leg and part.
     coefficients: Vec<Vec<Vec<f64>>>,
     hyperparameters: Vec<Vec<f64>>,
+    /// Not part of the sum.
     scratch: Scratch,
 }
 

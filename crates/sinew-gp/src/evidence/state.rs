@@ -194,7 +194,7 @@ impl<'a, const D: usize> State<'a, D> {
         if self.model.evidence == Evidence::Joint { 0 } else { self.model.imposed }
     }
 
-    /// Power that the probability of imposed rows is raised to.
+    /// Power that the probability of imposed rows is raised to: all of them count as one. It is 1 without them, as in a joint evidence.
     pub(crate) fn weight(&self) -> f64 {
         1.0 / self.first_row().max(1) as f64
     }

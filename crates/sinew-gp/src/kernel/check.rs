@@ -71,20 +71,21 @@ impl<const D: usize> Formula<D> {
         Ok(())
     }
 
-    fn value(&self, values: &[f64], x: [f64; D], y: [f64; D]) -> f64 {
-        let known: Vec<_> = values.iter().map(|h| Series::number(*h)).collect();
+    fn value(&self, hyperparameters: &[f64], x: [f64; D], y: [f64; D]) -> f64 {
+        let known: Vec<_> = hyperparameters.iter().map(|h| Series::number(*h)).collect();
         self.formula(&known, &Series::plain(x), &Series::plain(y)).value()
     }
 
     /// Test of symmetry, and of definiteness by the smallest eigenvalue, which moves by no more than the norm of what rounding adds to
     /// the matrix (Weyl): at most the error of an entry for each point. Elimination would not do,
     /// because rounding grows with every tiny pivot that it passes.
-    fn check_definiteness(&self, values: &[f64], points: &[[f64; D]]) -> Result<()> {
+    fn check_definiteness(&self, hyperparameters: &[f64], points: &[[f64; D]]) -> Result<()> {
         let count = points.len();
         let mut covariance = DMatrix::zeros(count, count);
         for (i, j) in (0..count).flat_map(|i| (0..=i).map(move |j| (i, j))) {
             let (x, y) = (points[i], points[j]);
-            let [forward, backward] = [(x, y), (y, x)].map(|(x, y)| self.value(values, x, y));
+            let [forward, backward] =
+                [(x, y), (y, x)].map(|(x, y)| self.value(hyperparameters, x, y));
             let (at, other) = (place(&x), place(&y));
             ensure!(forward.is_finite(), "k(x, x') = {forward} at x = {at}, x' = {other}");
             ensure!(
@@ -105,7 +106,7 @@ impl<const D: usize> Formula<D> {
     /// ∂∂′k of two points, or of one with itself, against differences of the formula.
     fn check_slopes(
         &self,
-        values: &[f64],
+        hyperparameters: &[f64],
         domain: &Domain<D>,
         [x, y]: [[f64; D]; 2],
     ) -> Result<()> {
@@ -117,7 +118,7 @@ impl<const D: usize> Formula<D> {
             let mut table = [0.0];
             let request = Request {
                 kernel: self,
-                hyperparameters: values,
+                hyperparameters,
                 first: x.each_ref().map(std::slice::from_ref),
                 second: y,
                 orders: &[asked],
@@ -129,7 +130,8 @@ impl<const D: usize> Formula<D> {
                 point[d] += steps * step;
                 point
             };
-            let terms = steps.map(|(a, b)| a * b * self.value(values, moved(x, a), moved(y, b)));
+            let value = |a, b| self.value(hyperparameters, moved(x, a), moved(y, b));
+            let terms = steps.map(|(a, b)| a * b * value(a, b));
             let expected = terms.iter().sum::<f64>() / (2.0 * step).powi(2);
             let unit = domain.extents()[d].powi(2);
             let (along, at) = (d + 1, if x == y { " where x' = x" } else { "" });

@@ -91,8 +91,8 @@ impl<const D: usize> Conditional<D> {
 
     fn mean_at(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Vec<f64>> {
         self.asked(operator, points, |asked| {
-            let mut mean = asked.prior_mean();
-            asked.for_rows(0..asked.model.size, |row, covariances| {
+            let mut mean = asked.requested_mean();
+            asked.for_requested_rows(0..asked.model.size, |row, covariances| {
                 let weight = self.weights[row];
                 mean.iter_mut().zip(covariances).for_each(|(m, c)| *m += weight * c);
             });
@@ -111,7 +111,7 @@ impl<const D: usize> Conditional<D> {
     fn predicted(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Prediction> {
         self.asked(operator, points, |asked| {
             let (mean, whitened) = self.conditioned(asked);
-            let left = asked.prior_variances().into_iter().zip(whitened.col_iter());
+            let left = asked.requested_variances().into_iter().zip(whitened.col_iter());
             let deviation =
                 left.map(|(prior, known)| (prior - known.squared_norm_l2()).max(0.0).sqrt());
             Prediction { mean, standard_deviation: deviation.collect() }
@@ -173,7 +173,7 @@ impl<const D: usize> Conditional<D> {
     /// Standard deviation of an operator before the data, root mean square over points.
     pub(crate) fn prior_spread(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<f64> {
         let sum: f64 =
-            self.asked(operator, points, |asked| asked.prior_variances().iter().sum())?;
+            self.asked(operator, points, |asked| asked.requested_variances().iter().sum())?;
         Ok((sum / points.len().max(1) as f64).sqrt())
     }
 
@@ -198,9 +198,9 @@ impl<const D: usize> Conditional<D> {
 
     /// Posterior mean of what is asked, and L⁻¹ K_* with one column for each point.
     fn conditioned(&self, asked: &State<'_, D>) -> (Vec<f64>, Mat<f64>) {
-        let mut mean = asked.prior_mean();
+        let mut mean = asked.requested_mean();
         let mut cross = Mat::<f64>::zeros(self.model.size, mean.len());
-        asked.for_rows(0..self.model.size, |row, covariances| {
+        asked.for_requested_rows(0..self.model.size, |row, covariances| {
             covariances.iter().enumerate().for_each(|(column, c)| cross[(row, column)] = *c);
         });
         for (column, mean) in mean.iter_mut().enumerate() {
@@ -220,7 +220,7 @@ impl<const D: usize> Conditional<D> {
             let (mean, whitened) = self.conditioned(asked);
             let mut covariance = whitened.transpose() * &whitened;
             let size = asked.model.size;
-            asked.for_rows(size..size + points.len(), |row, prior| {
+            asked.for_requested_rows(size..size + points.len(), |row, prior| {
                 for (value, known) in prior.iter().zip(covariance.col_as_slice_mut(row - size)) {
                     *known = value - *known;
                 }
@@ -232,12 +232,13 @@ impl<const D: usize> Conditional<D> {
 
 /// Conditioning on the request, which is the last group beyond the data.
 impl<const D: usize> State<'_, D> {
-    fn prior_mean(&self) -> Vec<f64> {
+    /// Prior mean of the request.
+    fn requested_mean(&self) -> Vec<f64> {
         self.residual()[self.model.size..].iter().map(|residual| -residual).collect()
     }
 
-    /// Prior covariances with one row after the other.
-    fn for_rows(&self, rows: Range<usize>, mut visit: impl FnMut(usize, &[f64])) {
+    /// Prior covariances of the request with one row after the other.
+    fn for_requested_rows(&self, rows: Range<usize>, mut visit: impl FnMut(usize, &[f64])) {
         let (last, mut scratch) = (self.model.groups.len() - 1, Scratch::default());
         let mut covariances = vec![0.0; self.model.groups[last].given.values.len()];
         for row in rows {
@@ -247,7 +248,8 @@ impl<const D: usize> State<'_, D> {
         }
     }
 
-    fn prior_variances(&self) -> Vec<f64> {
+    /// Prior variances of the request.
+    fn requested_variances(&self) -> Vec<f64> {
         let (last, mut scratch) = (self.model.groups.len() - 1, Scratch::default());
         let mut variances = vec![0.0; self.model.groups[last].given.values.len()];
         for (point, own) in variances.chunks_mut(1).enumerate() {

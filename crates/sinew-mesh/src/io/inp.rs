@@ -13,7 +13,10 @@ use std::cell::{Cell, OnceCell};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Keywords that make or move nodes and elements, or bring them from elsewhere.
-const UNREAD: &str = "INCLUDE, NGEN, NFILL, NCOPY, NMAP, ELGEN, ELCOPY, SYSTEM, SYMMETRIC MODEL GENERATION, IMPORT, PARAMETER";
+const UNREAD: [&[&str]; 2] = [
+    &["INCLUDE", "NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"],
+    &["SYMMETRIC MODEL GENERATION", "IMPORT", "PARAMETER"],
+];
 
 /// Whether a file begins like one: with a keyword or a comment.
 pub(crate) fn looks_like_it(content: &[u8]) -> bool {
@@ -77,7 +80,7 @@ fn set_scopes(blocks: &mut [Block<'_>]) -> Result<()> {
             "END PART" | "END INSTANCE" => in_part = false,
             // A mesh may stand in the instance in place of the part.
             "INSTANCE" => (instances, in_part) = (instances + 1, true),
-            unread if UNREAD.split(", ").any(|keyword| keyword == unread) => {
+            unread if UNREAD.concat().contains(&unread) => {
                 let (what, value) = ("the keyword", format!("*{unread}"));
                 let advice = "write the file with all its nodes and elements in it, as Abaqus/CAE or PrePoMax do";
                 return Err(Problem::unsupported(what, value, advice));

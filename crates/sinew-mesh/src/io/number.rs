@@ -62,26 +62,40 @@ impl NumberType {
         numbers.map(FieldValues::Integer)
     }
 
-    /// Decodes whole numbers; a trailing rest of bytes is left out. `Err` holds the index of
-    /// an unsigned number beyond the largest signed one.
+    /// Decodes whole numbers, little-endian ones unless the encoding is the big-endian one; a trailing rest of bytes is left
+    /// out. `Err` holds the index of an unsigned number beyond the largest signed one.
     pub(super) fn decode(self, bytes: &[u8], encoding: Encoding) -> Result<FieldValues, usize> {
+        // The compiler knows the width, so that the loop copies vectors.
+        match self.size() {
+            1 => self.widened::<1>(bytes, encoding),
+            2 => self.widened::<2>(bytes, encoding),
+            4 => self.widened::<4>(bytes, encoding),
+            _ => self.widened::<8>(bytes, encoding),
+        }
+    }
+
+    fn widened<const SIZE: usize>(
+        self,
+        bytes: &[u8],
+        encoding: Encoding,
+    ) -> Result<FieldValues, usize> {
         use NumberType::*;
-        let size = self.size();
-        let raw = bytes.chunks_exact(size).map(|number| {
-            let mut wide = [0; 8];
-            wide[..size].copy_from_slice(number);
+        let raw = bytes.as_chunks::<SIZE>().0.iter().map(|&(mut number)| {
             if encoding == Encoding::Big {
-                wide[..size].reverse();
+                number.reverse();
             }
+            let mut wide = [0; 8];
+            wide[..SIZE].copy_from_slice(&number);
             u64::from_le_bytes(wide)
         });
-        let unused = 64 - 8 * size;
+        let unused = 64 - 8 * SIZE;
         Ok(match self {
             I8 | I16 | I32 | I64 => {
                 let with_sign = |bits| (bits << unused) as i64 >> unused;
                 FieldValues::Integer(raw.map(with_sign).collect())
             }
-            U8 | U16 | U32 | U64 => {
+            U8 | U16 | U32 => FieldValues::Integer(raw.map(|bits| bits as i64).collect()),
+            U64 => {
                 let signed = |(index, bits)| i64::try_from(bits).map_err(|_| index);
                 FieldValues::Integer(raw.enumerate().map(signed).collect::<Result<_, _>>()?)
             }

@@ -37,7 +37,8 @@ impl<'a> Source<'a> {
         Source { at, data, position: 0, base64, layout, ready: Vec::new() }
     }
 
-    /// The bytes behind the underscore of the section of appended data, where there is one.
+    /// The bytes behind the underscore of the section of appended data, where there is one. Arrays begin in it by [`Source::starting`],
+    /// which gives them their layout.
     pub(super) fn appended(at: usize, section: &'a [u8]) -> Result<Option<Self>> {
         if section.is_empty() {
             return Ok(None);

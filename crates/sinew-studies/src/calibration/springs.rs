@@ -179,6 +179,7 @@ fn written(outcomes: &[[Vec<Outcome>; 2]; 2], patients: usize) -> Section {
                 .map(|errors| errors.iter().sum::<f64>() / errors.len() as f64)
                 .collect();
             errors.push(row(&name, &quantities, &shifts));
+            // In the order of CHECKS; the last is whether any of them speaks.
             let flags = |outcome: &Outcome| {
                 let found = outcome.found.as_ref();
                 let large = found.is_ok_and(|found| found.p < UNLIKELY);

@@ -12,6 +12,7 @@ use sinew_mesh::box_tetrahedra;
 use std::sync::{Mutex, PoisonError};
 
 const SEED: u64 = 7;
+
 fn block(cells: [usize; 3]) -> Result<Body> {
     let scene = Scene::new(box_tetrahedra([60.0, 30.0, 30.0], cells), NeoHookean)
         .parameter(Parameter::log("mu", "kPa", 1.0..=5.0))

@@ -1,4 +1,4 @@
-//! The mean ventricle under a pressure: θ = (a, b, a_f, b_f, pressure).
+//! The mean ventricle under a pressure: θ = (a, b, a_f, b_f, pressure); fibres by rule of any ventricle.
 
 use anyhow::Result;
 use sinew_energy::laws::HolzapfelOgden;

@@ -82,8 +82,13 @@ enum Program {
 
 impl Program {
     fn title(self) -> &'static str {
-        ["FEniCS 2019, MUMPS", "FEniCS 2019, GAMG", "NGSolve", "FElupe", "scikit-fem"]
-            [self as usize]
+        match self {
+            Self::FenicsMumps => "FEniCS 2019, MUMPS",
+            Self::FenicsGamg => "FEniCS 2019, GAMG",
+            Self::Ngsolve => "NGSolve",
+            Self::Felupe => "FElupe",
+            Self::ScikitFem => "scikit-fem",
+        }
     }
 }
 

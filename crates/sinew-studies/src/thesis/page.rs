@@ -8,7 +8,7 @@ use anyhow::Result;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-const HEAD: &str = include_str!("head.md");
+const HEAD: &str = include_str!("head.md.in");
 
 /// Writes the page from what is kept of the runs.
 ///

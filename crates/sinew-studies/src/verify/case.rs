@@ -57,7 +57,14 @@ impl Formulation {
 
     /// Name in tables and legends.
     pub(crate) const fn label(self) -> &'static str {
-        ["P1", "P2", "P2–P1", "F-bar", "Q1", "Q1 F-bar"][self as usize]
+        match self {
+            Self::P1 => "P1",
+            Self::P2 => "P2",
+            Self::Mixed => "P2–P1",
+            Self::FBar => "F-bar",
+            Self::Q1 => "Q1",
+            Self::Q1FBar => "Q1 F-bar",
+        }
     }
 }
 

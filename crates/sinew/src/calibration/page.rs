@@ -39,9 +39,13 @@ pub fn report(
     curve.blocks.extend(curves.iter().map(|curve| curve_block(curve, prepared, posterior)));
     let rest = states.unloaded.as_ref();
     curve.blocks.extend(rest.and_then(|rest| shapes(prepared, rest)));
-    let others: [fn(&Posterior) -> Section; 4] = [parameters, identifiability, data, correction];
-    report.sections.push(curve);
-    report.sections.extend(others.map(|section| section(posterior)));
+    report.sections.extend([
+        curve,
+        parameters(posterior),
+        identifiability(posterior),
+        data(posterior),
+        correction(posterior),
+    ]);
     report
 }
 

@@ -4,13 +4,13 @@ use super::process::{Conditional, logarithms};
 use nalgebra::{Cholesky, DMatrix, RowDVector};
 use serde::{Deserialize, Serialize};
 use sinew_num::monomials;
+use std::fmt;
 
 /// Interpolation of the coefficients, for reports.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Interpolation {
     /// Polynomial of a total degree, fitted with a ridge penalty.
-    #[error("polynomial of degree {degree}, ridge {ridge:.0e}")]
     Polynomial {
         /// Total degree.
         degree: usize,
@@ -18,10 +18,6 @@ pub enum Interpolation {
         ridge: f64,
     },
     /// Gaussian process with the kernel `exp(−½ Σ_d (x_d − x'_d)²/ℓ_d²)` about a polynomial.
-    #[error(
-        "Gaussian process about a polynomial of degree {trend}, lengths {}, nugget {nugget:.0e}",
-        lengths.iter().map(|length| format!("{length:.2}")).collect::<Vec<_>>().join(", ")
-    )]
     GaussianProcess {
         /// Total degree of the polynomial.
         trend: usize,
@@ -30,6 +26,24 @@ pub enum Interpolation {
         /// Variance of the noise relative to that of the signal.
         nugget: f64,
     },
+}
+
+impl fmt::Display for Interpolation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Polynomial { degree, ridge } => {
+                write!(f, "polynomial of degree {degree}, ridge {ridge:.0e}")
+            }
+            Self::GaussianProcess { trend, lengths, nugget } => {
+                let lengths: Vec<_> = lengths.iter().map(|l| format!("{l:.2}")).collect();
+                let lengths = lengths.join(", ");
+                write!(
+                    f,
+                    "Gaussian process about a polynomial of degree {trend}, lengths {lengths}, nugget {nugget:.0e}"
+                )
+            }
+        }
+    }
 }
 
 /// An interpolation with what it needs to predict; one column of weights per mode.

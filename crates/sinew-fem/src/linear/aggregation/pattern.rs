@@ -58,11 +58,16 @@ impl Pattern {
         let diagonal = (0..neighbours.len()).map(|row| find(row, row) as u32).collect();
         let mut slots = vec![[[NONE; 3]; 3]; block_starts[neighbours.len()]];
         for column in 0..component.len() {
+            let (mut last, mut places) = (usize::MAX, [0; 2]);
             for slot in starts[column]..starts[column + 1] {
                 let [a, b] = [rows[slot], column].map(node);
+                // The rows of one node follow each other.
+                if a != last {
+                    (last, places) = (a, [find(a, b), find(b, a)]);
+                }
                 let [i, k] = [rows[slot], column].map(|unknown| component[unknown] as usize % 3);
-                slots[find(a, b)][i][k] = slot as u32;
-                slots[find(b, a)][k][i] = slot as u32;
+                slots[places[0]][i][k] = slot as u32;
+                slots[places[1]][k][i] = slot as u32;
             }
         }
         let columns = neighbours.concat();

@@ -75,6 +75,7 @@ fn compare(
     let error = largest_difference(&solution.displacement, &exact);
     rows.absolute(label("displacement off x = FX"), [error, 0.0], DISPLACEMENT, cost)?;
     if formulation == Formulation::Mixed {
+        // Forces also depend on the field of pressure, which `value_and_gradient` leaves out.
         return Ok(());
     }
 
