@@ -56,7 +56,7 @@ pub(crate) fn study(task: &str, options: &[String]) -> Result<()> {
     eprintln!("Built {PROGRAM} in {:.0} s.\n", clock.elapsed().as_secs_f64());
     let folder = MetadataCommand::new().no_deps().exec()?.target_directory;
     let program = folder.join("debug").join(format!("{PROGRAM}{}", std::env::consts::EXE_SUFFIX));
-    let what = format!("{} {task}", program.display());
+    let what = format!("{program} {task}");
     call(Command::new(&program).arg(task).args(options), &what)
 }
 

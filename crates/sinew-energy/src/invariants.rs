@@ -25,16 +25,11 @@ impl<S: Scalar, const D: usize> Invariants<S, D> {
     /// The invariants of `F = I + H`.
     #[inline]
     pub(crate) fn new(h: &Mat3<S>, directions: &[[S; 3]; D]) -> Self {
-        // As [`Mat3::strain_between`], with each direction moved once.
-        let moved = directions.each_ref().map(|d| h.apply(d));
-        let strain = |p: usize, q: usize| {
-            let (a, b) = (&directions[p], &directions[q]);
-            dot3(a, &moved[q]) + dot3(&moved[p], b) + dot3(&moved[p], &moved[q])
-        };
+        let strain = |a| directions.each_ref().map(|b| h.strain_between(a, b));
         Self {
             volume_change: h.volume_change(),
             first: h.first_invariant_minus_three(),
-            strain: std::array::from_fn(|p| std::array::from_fn(|q| strain(p, q))),
+            strain: directions.each_ref().map(strain),
         }
     }
 
@@ -176,15 +171,28 @@ impl<'a, L: InvariantLaw<D>, const D: usize> State<'a, L, D> {
 
     #[inline]
     fn new(law: &'a L, h: &Mat3<f64>, directions: &'a [[f64; 3]; D]) -> Self {
+        // As [`Invariants::new`], with cofactors and moved directions computed once for all.
+        let (minors, trace) = (h.cofactors(), h.trace());
+        let determinant = (0..3).map(|j| h[0][j] * minors[0][j]).sum::<f64>();
+        let moved = directions.map(|d| h.apply(&d));
+        let strain = |p: usize, q: usize| {
+            let (a, b) = (&directions[p], &directions[q]);
+            dot3(a, &moved[q]) + dot3(&moved[p], b) + dot3(&moved[p], &moved[q])
+        };
+        let invariants = Invariants {
+            volume_change: trace + minors.trace() + determinant,
+            first: 2.0 * trace + h.squared_norm(),
+            strain: std::array::from_fn(|p| std::array::from_fn(|q| strain(p, q))),
+        };
         // cof(I + H) = (1 + tr H) I − Hᵀ + cof H.
-        let diagonal = Mat3::IDENTITY.0.map(|row| row.map(|delta| (1.0 + h.trace()) * delta));
+        let diagonal = Mat3::IDENTITY.0.map(|row| row.map(|delta| (1.0 + trace) * delta));
         Self {
             law,
             directions,
-            invariants: Invariants::new(h, directions),
+            invariants,
             deformation: h.plus_identity(),
-            cofactor: Mat3::from_fn(|i, j| diagonal[i][j] - h[j][i] + h.cofactor(i, j)),
-            deformed: directions.map(|d| add3(&d, &h.apply(&d))),
+            cofactor: Mat3::from_fn(|i, j| diagonal[i][j] - h[j][i] + minors[i][j]),
+            deformed: std::array::from_fn(|p| add3(&directions[p], &moved[p])),
         }
     }
 
@@ -217,8 +225,9 @@ impl<'a, L: InvariantLaw<D>, const D: usize> State<'a, L, D> {
         };
         assert_eq!(parameters.len(), count, "parameters of the law");
         // An array, without an allocation per cell.
-        let mut moving = [Taylor::constant(0.0); MOST_PARAMETERS];
-        moving.iter_mut().zip(parameters).for_each(|(p, &value)| p.value = value);
+        let value = |at| if at < count { parameters[at] } else { 0.0 };
+        let mut moving: [_; MOST_PARAMETERS] =
+            std::array::from_fn(|at| Taylor::constant(value(at)));
         moving.iter_mut().zip(rates).for_each(|(p, &rate)| p.gradient[N - 1] = rate);
         self.law.density_of(&moving[..count], &self.seeded(Taylor::variable), guard)
     }

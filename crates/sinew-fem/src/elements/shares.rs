@@ -42,20 +42,30 @@ impl PointState {
     /// A point that nothing was computed for.
     pub(crate) const EMPTY: Self = Self { h: Mat3::ZERO, stress: Mat3::ZERO, lower: [0.0; 45] };
 
+    /// Row and column of each entry of the lower half.
+    const ENTRIES: [[usize; 2]; 45] = {
+        let (mut entries, mut at) = ([[0; 2]; 45], 0);
+        while at < 44 {
+            let [row, column] = entries[at];
+            at += 1;
+            entries[at] = if column < row { [row, column + 1] } else { [row + 1, 0] };
+        }
+        entries
+    };
+
+    #[inline]
     pub(crate) fn new(h: &Mat3<f64>, Response { stress, tangent, .. }: &Response) -> Self {
-        let mut point = Self { h: *h, stress: *stress, ..Self::EMPTY };
-        let rows = tangent.iter().enumerate().flat_map(|(row, entries)| &entries[..=row]);
-        point.lower.iter_mut().zip(rows).for_each(|(slot, entry)| *slot = *entry);
-        point
+        let lower = Self::ENTRIES.map(|[row, column]| tangent[row][column]);
+        Self { h: *h, stress: *stress, lower }
     }
 
     /// Tangent ∂P/∂H.
     pub(crate) fn tangent(&self) -> [[f64; 9]; 9] {
-        let at = |row: usize, column: usize| {
-            let (row, column) = (row.max(column), row.min(column));
-            self.lower[row * (row + 1) / 2 + column]
-        };
-        std::array::from_fn(|row| std::array::from_fn(|column| at(row, column)))
+        let mut tangent = [[0.0; 9]; 9];
+        for ([row, column], entry) in Self::ENTRIES.into_iter().zip(self.lower) {
+            (tangent[row][column], tangent[column][row]) = (entry, entry);
+        }
+        tangent
     }
 }
 
