@@ -80,7 +80,10 @@ impl Image<'_> {
         let sparsity = &*self.system.sparsity;
         let by_motion = vec![0.0; trial.motion.len()];
         let mut tangent = Tangent { entries: Entries::zero(sparsity), by_motion };
-        let mut add = |block: Block<'_>| tangent.add(sparsity, block, motion);
+        let mut add = |block: Block<'_>, matrix: Option<usize>| {
+            let places = matrix.map(|matrix| sparsity.cells.of(matrix));
+            tangent.add(sparsity, block, places, motion);
+        };
         let (body, carries) = (self.system.body, self.carries());
         let at = At { body, trial, level, carries };
         let matrices = if body.patches.is_empty() { body.cell_count() } else { body.patches.len() };
@@ -92,17 +95,18 @@ impl Image<'_> {
             // On all threads, then added one after the other: numbers do not depend on the count of threads.
             let range = first..matrices.min(first + AT_ONCE);
             let blocks: Option<Vec<_>> = range.into_par_iter().map(of_matrix).collect();
-            blocks?.into_iter().for_each(&mut add);
+            blocks?.into_iter().zip(first..).for_each(|(block, index)| add(block, Some(index)));
         }
         for surface in &body.reference_loads.surfaces {
             for facet in surface.facets() {
-                add(at.facet(surface, facet));
+                add(at.facet(surface, facet), None);
             }
         }
         let thesis = |p: &&PressureSurface| p.triangles == Some(PressureForm::Thesis);
         for (surface, facet, nodes) in facets_of(trial.rest.pressures.iter().filter(thesis)) {
             let magnitude = level.factor * surface.magnitude.value(&level.theta);
-            add(of_thesis_pressure(surface, facet, nodes, &trial.displacement, magnitude));
+            let block = of_thesis_pressure(surface, facet, nodes, &trial.displacement, magnitude);
+            add(block, None);
         }
         Some(tangent)
     }
@@ -239,7 +243,13 @@ impl At<'_> {
 }
 
 impl Tangent {
-    fn add(&mut self, sparsity: &Sparsity, mut block: Block<'_>, motion: Option<&[f64]>) {
+    fn add(
+        &mut self,
+        sparsity: &Sparsity,
+        mut block: Block<'_>,
+        places: Option<&[u32]>,
+        motion: Option<&[f64]>,
+    ) {
         let size = block.size();
         if let Some(motion) = motion {
             let moved = |local: usize| motion[3 * block.nodes[local / 3] + local % 3];
@@ -249,7 +259,7 @@ impl Tangent {
                     row.iter().zip(&moved).map(|(k, m)| k * m).sum::<f64>();
             }
         }
-        self.entries.add(sparsity, block.nodes, &mut block.values);
+        self.entries.add(sparsity, block.nodes, places, &mut block.values);
     }
 }
 

@@ -7,13 +7,14 @@ mod fit;
 mod outside;
 mod report;
 mod size;
+mod trees;
 
 use super::ventricle::Disk;
 use super::wall::{InSet, Sheet, Wall, between, side};
 use crate::topology::{facet_key, facets};
 use crate::tree::SurfaceTree;
 use crate::{HexMesh, TetMesh, TriangleMesh, min_dihedral_angle};
-use axis::{Axis, Point, Trees};
+use axis::Axis;
 pub use error::ChamberError;
 use error::shown;
 use fit::Fit;
@@ -21,6 +22,7 @@ use outside::Outside;
 pub use report::ChamberReport;
 pub use size::{Size, Trim, WallOptions};
 use std::collections::HashMap;
+use trees::{Point, Trees};
 
 /// Surfaces of a ventricle, as segmentation tools write them: open or closed, of any resolution, with triangles turned
 /// either way. The mesh of the wall has the same grid in layers for every heart: a square patch of cells at the apex

@@ -1,16 +1,13 @@
-//! The axis of a ventricle, the plane of its base, and its surfaces as rays meet them.
+//! The axis of a ventricle, and the plane of its base.
 
 use super::error::{ChamberError, Result, shown};
 use super::size::Trim;
+use super::trees::{Point, Trees};
 use crate::TriangleMesh;
 use crate::geometry::merged;
 use crate::quality::Spread;
-use crate::tree::SurfaceTree;
-use nalgebra::Vector3;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
-
-pub(super) type Point = Vector3<f64>;
 
 /// Rays of a section.
 const RAYS: usize = 64;
@@ -25,28 +22,6 @@ const LOWEST: f64 = 0.4;
 const THIN: f64 = 0.5;
 /// Two points on a ray nearer than this, relative to their distance from its start, are one: an edge of two triangles.
 const SAME: f64 = 1e-6;
-
-/// Hits nearer than this, relative to the ray's direction of unit length, are the surface that the ray leaves \[length\].
-const LEAVES: f64 = 1e-9;
-
-/// The surfaces, ready for rays.
-pub(super) struct Trees {
-    pub endocardium: SurfaceTree,
-    pub epicardium: SurfaceTree,
-    pub septum: Option<SurfaceTree>,
-}
-
-impl Trees {
-    /// Way along a ray of unit direction to the nearest outer surface, and whether that is the septum.
-    pub(super) fn outside(&self, origin: Point, direction: Point) -> Option<(f64, bool)> {
-        let first =
-            |tree: &SurfaceTree| tree.hits(origin, direction).into_iter().find(|&way| way > LEAVES);
-        let epicardium = first(&self.epicardium).map(|way| (way, false));
-        let septum = self.septum.as_ref().and_then(first).map(|way| (way, true));
-        // At the same distance it is the epicardium.
-        epicardium.into_iter().chain(septum).min_by(|a, b| a.0.total_cmp(&b.0))
-    }
-}
 
 /// Axis from the apex to the middle of the valves; its length is zero if the endocardium is closed.
 #[derive(Default)]

@@ -1,7 +1,8 @@
 //! Faults of surfaces that no wall lies between: units, places, pieces and rims.
 
-use super::axis::{Point, Trees, rims};
+use super::axis::rims;
 use super::error::{ChamberError, shown};
+use super::trees::{Point, Trees};
 use crate::geometry::{bounds, merged};
 use crate::{TriangleMesh, extents};
 use sinew_num::connected_components;

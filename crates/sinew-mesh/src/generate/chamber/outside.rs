@@ -1,7 +1,8 @@
 //! Outer nodes of the wall: from the endocardium to the nearest outer surface.
 
-use super::axis::{Base, Point, Trees};
+use super::axis::Base;
 use super::error::{ChamberError, Result, shown};
+use super::trees::{Point, Trees};
 use crate::generate::wall::Sheet;
 use crate::quality::Spread;
 use std::collections::BTreeSet;

@@ -1,9 +1,10 @@
 //! Report on a wall and its fit.
 
-use super::axis::{Base, Point, Trees};
+use super::axis::Base;
 use super::error::shown;
 use super::fit::POLE;
 use super::outside::Outside;
+use super::trees::{Point, Trees};
 use super::{Chamber, folds};
 use crate::quality::Spread;
 use crate::{
