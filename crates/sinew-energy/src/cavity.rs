@@ -25,7 +25,12 @@ pub struct Cavity {
     pub name: String,
     /// Connected surfaces of the set.
     pub parts: Vec<CavityPart>,
+    /// Sign of the triangles' order: the volume is positive at rest. That of a surface flat at rest grows with a pressure on it.
+    sign: f64,
 }
+
+/// Volume of a surface flat at rest [relative to the cube of the mesh's size], rounding errors.
+const NO_VOLUME: f64 = 1e-12;
 
 impl Cavity {
     /// Makes a cavity from triangles; `None` where symmetry planes leave the volume undetermined.
@@ -37,7 +42,13 @@ impl Cavity {
         let parts = components(around.points.len(), triangles).into_iter();
         let parts =
             parts.map(|triangles| CavityPart::new(triangles, around)).collect::<Option<_>>();
-        Some(Self { name: name.into(), parts: parts? })
+        let mut cavity = Self { name: name.into(), parts: parts?, sign: -1.0 };
+        let volume = cavity.measure(&|node| around.points[node], &mut |_, _| {});
+        let size = sinew_mesh::extents(around.points).into_iter().fold(0.0, f64::max);
+        if volume.abs() > NO_VOLUME * size.powi(3) {
+            cavity.sign = volume.signum();
+        }
+        Some(cavity)
     }
 
     /// Triangles that cover the surface, counterclockwise seen from outside the solid.
@@ -45,18 +56,17 @@ impl Cavity {
         self.parts.iter().flat_map(|part| &part.triangles)
     }
 
-    /// Volume at a displacement from the positions of all nodes \[length³\].
+    /// Volume at a displacement from the positions of all nodes \[length³\]; negative where the surface has passed through itself.
     pub fn volume(&self, positions: &[[f64; 3]], displacement: &[f64]) -> f64 {
-        self.measure(&moved(positions, displacement), &mut |_, _| {}).abs()
+        self.sign * self.measure(&moved(positions, displacement), &mut |_, _| {})
     }
 
     /// Derivative of [`Cavity::volume`] in the displacement \[length²\].
     pub fn volume_gradient(&self, positions: &[[f64; 3]], displacement: &[f64]) -> Vec<f64> {
         let mut gradient = vec![0.0; displacement.len()];
-        let volume = self.measure(&moved(positions, displacement), &mut |node, slope| {
-            (0..3).for_each(|i| gradient[3 * node + i] += slope[i]);
+        self.measure(&moved(positions, displacement), &mut |node, slope| {
+            (0..3).for_each(|i| gradient[3 * node + i] += self.sign * slope[i]);
         });
-        gradient.iter_mut().for_each(|slope| *slope *= volume.signum());
         gradient
     }
 

@@ -136,6 +136,12 @@ impl<const N: usize> Setup<'_, N> {
                 law.name, N
             )));
         }
+        if law.is_plane && self.scene.discretisation.elements == Elements::Mixed {
+            return Err(SceneError::Law(format!(
+                "{} has no pressure of its own: a thin plate changes its volume by its thickness; take other elements",
+                law.name
+            )));
+        }
         if self.scene.discretisation.elements == Elements::Mixed && !element.is_quadratic() {
             return Err(SceneError::Body(format!(
                 "mixed elements have quadratic tetrahedra or triangles, but the mesh is made of {}; make it quadratic (sinew_mesh::Mesh::quadratic)",

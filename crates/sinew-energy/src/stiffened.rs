@@ -33,15 +33,17 @@ impl Body {
         self.stiffened_cells(&of_cells)
     }
 
-    /// Means over the nodes of each cell of one finite factor per node, none of them negative: what [`Body::stiffened_cells`] and
+    /// Means over the corners of each cell of one finite factor per node, none of them negative: what [`Body::stiffened_cells`] and
     /// [`Body::with_parameter_field`] take.
     ///
     /// # Errors
     /// [`SceneError::Body`] unless there is one for every node.
     pub fn cell_factors(&self, of_nodes: &[f64]) -> Result<Vec<f64>, SceneError> {
         check(of_nodes, self.nodes, "node", |factor| factor >= 0.0)?;
+        // Those of linear and quadratic cells on the same corners.
+        let corners = self.element().corners;
         let mean = |cell: &[usize]| {
-            cell.iter().map(|&node| of_nodes[node]).sum::<f64>() / cell.len() as f64
+            cell[..corners].iter().map(|&node| of_nodes[node]).sum::<f64>() / corners as f64
         };
         Ok(self.cell_nodes().map(mean).collect())
     }

@@ -99,7 +99,9 @@ pub enum Defect {
     #[error("cell {cell} names node {node}, but nodes run from 0 to {} (nodes: {nodes}); renumber its nodes", nodes.saturating_sub(1))]
     NodeOutOfRange { cell: usize, node: i64, nodes: usize },
     /// A cell names a node twice.
-    #[error("cell {cell} names node {node} twice; remove this collapsed cell")]
+    #[error(
+        "cell {cell} names node {node} twice; mesh it by cells without repeated nodes, such as tetrahedra"
+    )]
     RepeatedNode { cell: usize, node: usize },
     /// A curved cell or a hexahedron that is folded over at one of its nodes; the Jacobian is its volume (area) over that of the
     /// reference cell.

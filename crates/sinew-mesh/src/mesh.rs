@@ -114,7 +114,7 @@ impl Field {
     }
 
     /// The rows with the given indices, in this order. Panics when one is out of range.
-    pub(crate) fn select(&self, rows: &[usize]) -> Self {
+    pub fn select(&self, rows: &[usize]) -> Self {
         let width = self.components;
         let numbers = rows.iter().flat_map(|row| row * width..(row + 1) * width);
         Field { components: width, values: self.values.select(numbers) }

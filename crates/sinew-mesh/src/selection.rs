@@ -205,10 +205,7 @@ impl<const N: usize> Mesh<N> {
         let pick = |all: &[bool]| (0..all.len()).filter(|&at| all[at]).collect::<Vec<_>>();
         let facets: Vec<Facet> =
             pick(&chosen.facets).into_iter().map(|at| places.boundary[at]).collect();
-        let nodes = match choice.reads_normals() {
-            true => self.nodes_of_facets(&facets),
-            false => pick(&chosen.nodes),
-        };
+        let nodes = pick(&self.nodes_chosen(&places, choice)?);
         if nodes.is_empty() {
             let found = places.explain(choice)?;
             return Err(SelectionError::Empty { name: name.into(), found });
@@ -218,6 +215,34 @@ impl<const N: usize> Mesh<N> {
         self.facet_sets.insert(name.into(), facets);
         Ok(selected)
     }
+
+    /// Whether each node is chosen: by its position, or with a facet where normals decide; in a union by one of its parts.
+    fn nodes_chosen(
+        &self,
+        places: &Places<'_, N>,
+        choice: &Selection,
+    ) -> Result<Vec<bool>, SelectionError> {
+        if !choice.reads_normals() {
+            return Ok(places.choose(choice)?.nodes);
+        }
+        let mut nodes = vec![false; self.points.len()];
+        if let Rule::Any(parts) = &choice.0 {
+            for part in parts {
+                let more = self.nodes_chosen(places, part)?;
+                nodes.iter_mut().zip(more).for_each(|(node, more)| *node |= more);
+            }
+            return Ok(nodes);
+        }
+        let chosen = places.choose(choice)?.facets.into_iter().zip(&places.boundary);
+        let facets: Vec<Facet> = chosen.filter(|(is, _)| *is).map(|(_, &facet)| facet).collect();
+        self.nodes_of_facets(&facets).into_iter().for_each(|node| nodes[node] = true);
+        Ok(nodes)
+    }
+}
+
+/// Names that a mesh has, behind one that it has not.
+fn others(known: &[String]) -> String {
+    if known.is_empty() { ", and no other".into() } else { format!(", only {}", known.join(", ")) }
 }
 
 /// Errors of selections.
@@ -247,10 +272,10 @@ pub enum SelectionError {
     )]
     Corners { axis: usize, least: f64, most: f64 },
     /// A set that the mesh does not have.
-    #[error("the mesh has neither node set nor facet set `{name}`, only {}", known.join(", "))]
+    #[error("the mesh has neither node set nor facet set `{name}`{}", others(known))]
     UnknownSet { name: String, known: Vec<String> },
     /// Cells that the mesh does not have, with those that it has.
-    #[error("the mesh has no set of cells `{name}`, only {}", known.join(", "))]
+    #[error("the mesh has no set of cells `{name}`{}", others(known))]
     UnknownCells { name: String, known: Vec<String> },
     /// A combination of nothing.
     #[error("a combination of no selections; give at least one")]

@@ -155,9 +155,16 @@ impl Case {
         if let (false, Some(scene)) = (path.exists(), crate::scenes::find(path)) {
             return Self::parse(scene.text, scene.name);
         }
-        if MESHES.iter().any(|mesh| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(mesh)))
-        {
-            let reason = "this is the name of a mesh, not of a case; name the mesh by `file` under [mesh] of a case file, or by --mesh beside a case";
+        let ending = |mesh: &&str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(mesh));
+        let reason = if MESHES.iter().any(|mesh| ending(&mesh)) {
+            Some(
+                "this is the name of a mesh, not of a case; name the mesh by `file` under [mesh] of a case file, or by --mesh beside a case",
+            )
+        } else {
+            let reason = "this is a folder; name a case file. Emulators of stored runs are for `sinew predict` and `sinew calibrate`";
+            path.is_dir().then_some(reason)
+        };
+        if let Some(reason) = reason {
             return Err(Source::new(&path.to_string_lossy(), "").error(&[], reason.into()));
         }
         let text = std::fs::read_to_string(path).map_err(|source| {

@@ -291,3 +291,28 @@ fn gradients_of_volumes_are_their_derivatives() {
     assert_slopes(&body(wall.hexahedra(), &["endo"], base()));
     assert_slopes(&body(wall.quadratic_tetrahedra(), &["endo"], base()));
 }
+
+#[test]
+fn a_volume_that_passes_through_zero_changes_its_sign() {
+    // The lower side of a block, flat at rest, and moved to a pyramid either way.
+    let body = body(box_tetrahedra([2.0, 2.0, 1.0], [2, 2, 1]), &["z_min"], vec![]);
+    let middle = body.positions.iter().position(|x| *x == [1.0, 1.0, 0.0]).unwrap();
+    let moved = |by: f64| {
+        let mut u = vec![0.0; 3 * body.nodes];
+        u[3 * middle + 2] = by;
+        u
+    };
+    for by in [-0.3, 0.0, 0.3] {
+        // A pressure pushes the side up, into the block. The base of the pyramid is an octagon with its corners at the nodes.
+        let volume = body.cavity_volumes(&moved(by))[0];
+        assert!((volume - by * volume_of_unit(&body, &moved(1.0))).abs() < 1e-12, "{by} {volume}");
+        let slope = body.cavity_volume_gradients(&moved(by))[0][3 * middle + 2];
+        assert!((slope - volume_of_unit(&body, &moved(1.0))).abs() < 1e-12, "{by} {slope}");
+    }
+}
+
+fn volume_of_unit(body: &Body, raised: &[f64]) -> f64 {
+    let volume = body.cavity_volumes(raised)[0];
+    assert!(volume > 0.0);
+    volume
+}

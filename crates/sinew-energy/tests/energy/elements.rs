@@ -111,3 +111,25 @@ mod stiffness {
         assert!(body.stiffness(&wave(10.0), &theta).is_none());
     }
 }
+
+mod factors {
+    use sinew_energy::laws::NeoHookean;
+    use sinew_energy::{Parameter, Scene, Support};
+    use sinew_mesh::box_tetrahedra;
+
+    #[test]
+    fn factors_of_cells_are_means_over_their_corners() {
+        let linear = box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]);
+        let lowered = |mesh: sinew_mesh::AnyMesh| {
+            let scene = Scene::new(mesh, NeoHookean)
+                .parameter(Parameter::log("mu", "kPa", 1.0..=10.0))
+                .parameter(Parameter::log("lambda", "kPa", 1.0..=10.0));
+            scene.support(Support::clamped("x_min")).lower().unwrap()
+        };
+        let [linear, quadratic] = [linear.clone().into(), linear.quadratic().into()].map(lowered);
+        let mut factors: Vec<f64> = (0..quadratic.nodes).map(|node| 1.0 + node as f64).collect();
+        factors[linear.nodes..].fill(99.0);
+        let corners = linear.cell_factors(&factors[..linear.nodes]).unwrap();
+        assert_eq!(quadratic.cell_factors(&factors).unwrap(), corners);
+    }
+}

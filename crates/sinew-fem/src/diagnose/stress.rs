@@ -38,7 +38,8 @@ pub struct Fibre {
 
 /// Stress and strain of every cell at a displacement \[length\], in the order of the cells.
 ///
-/// A body with averaged volume ratios has the stress of its law at the averaged ratio.
+/// A body with averaged volume ratios has the stress of its law at the averaged ratio. Strain and volume ratio of a thin plate are those in
+/// its plane.
 ///
 /// ```
 /// use sinew_energy::{Parameter, Scene, Support, laws::NeoHookean};
@@ -110,9 +111,14 @@ pub fn mixed_stresses(
     let field_at = |point| field.map_or(0.0, |field| field.at(point, pressure));
     let gradients = law_gradients(body, displacement)?;
     let parameters = body.law_parameters(theta);
+    // A law of thin plates has the elastic constants of plane strain, and no stress across the plate.
+    let is_plane = body.material.law().is_plane;
     let points: Vec<Point> = (gradients.iter().enumerate())
         .map(|(point, h)| {
-            let (_, piola) = body.material.stress(point, parameters, h, None);
+            let (_, mut piola) = body.material.stress(point, parameters, h, None);
+            if is_plane {
+                piola.0[2][2] = 0.0;
+            }
             let direction = body.material.directions(point).first();
             let mut found = Point::new(h, &piola, direction);
             found.cauchy += Matrix3::identity() * field_at(point);

@@ -12,7 +12,7 @@ use crate::{Result, SolveError};
 /// that reaches equilibrium meets the accuracy in volume.
 const TOLERANCE: f64 = 1e-10;
 /// Residual for second-order corrections and error estimates, relative likewise: with 0.1 a beam with λ = 100 μ takes 27 steps instead of 10.
-const CORRECTION: f64 = 1e-2;
+pub(crate) const CORRECTION: f64 = 1e-2;
 /// Residual where conjugate gradients look for negative curvature, relative likewise: they find both ends of the spectrum long before.
 const PROBE: f64 = 1e-6;
 /// Most iterations of one linear system.

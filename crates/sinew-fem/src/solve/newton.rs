@@ -138,10 +138,12 @@ impl System<'_> {
         size <= accuracy || (floor && search.goal.plane.is_none())
     }
 
-    /// Reports an equilibrium with the negative pivots of the true stiffness, without predicted stress.
+    /// Reports an equilibrium with the negative pivots of the true stiffness, without predicted stress. Conjugate gradients that met no negative
+    /// curvature are enough for an intermediate one.
     fn found(&mut self, search: Search<'_>, residual: Residual) -> Equilibrium {
         let mut negative_pivots = search.negative_pivots.unwrap_or(0);
-        if (negative_pivots > 0 || self.iterates) && self.body.has_potential() {
+        let uncounted = self.iterates && search.goal.accuracy < ROUGH;
+        if (negative_pivots > 0 || uncounted) && self.body.has_potential() {
             self.assemble(&search.at, &search.theta, search.load_factor, None);
             negative_pivots = self.negative_eigenvalues().unwrap_or(1);
         }

@@ -14,6 +14,9 @@ use std::time::Instant;
 /// Largest difference of two displacements of the same equilibrium [relative to their norm]: rounding errors, amplified
 /// by an ill-conditioned stiffness.
 const SAME: f64 = 1e-4;
+/// Residuals that tell branches apart, on the way and at the end; to rounding errors a path takes twice the time.
+const ON_THE_WAY: f64 = 1e-5;
+const AT_THE_END: f64 = 1e-8;
 
 /// Finds equilibria of one body for any θ.
 ///
@@ -165,7 +168,7 @@ impl<'p> Solver<'p> {
 
     /// The equilibrium under loads and prescribed motions that rise slowly from rest, if it differs from `solution`. Of
     /// several stable equilibria, the whole load at once may find one that a rising load does not. Costs a solve by
-    /// load steps.
+    /// load steps, to smaller accuracy.
     ///
     /// # Errors
     /// As for [`Solver::solve`], and a solution of another body.
@@ -175,7 +178,11 @@ impl<'p> Solver<'p> {
         options: &Options,
     ) -> Result<Option<Solution>> {
         self.checked(solution, &solution.theta)?;
-        let options = Options { load_steps: LoadSteps::Always, ..*options };
+        let mut options = Options { load_steps: LoadSteps::Always, ..*options };
+        if self.body().has_potential() {
+            options.accuracy = ON_THE_WAY;
+            options.minimum_accuracy = options.minimum_accuracy.max(AT_THE_END);
+        }
         let risen = self.solve(&solution.theta, &options)?;
         let apart = norm(&difference(&risen.displacement, &solution.displacement));
         let size = norm(&risen.displacement).max(norm(&solution.displacement));

@@ -115,10 +115,16 @@ fn beside(stem: &Path, ending: &str) -> Vec<(PathBuf, String)> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let names: BTreeSet<String> =
         entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
-    let is_only = names.iter().filter(|name| name.ends_with(".pts")).count() == 1;
+    let stems: Vec<&str> = names.iter().filter_map(|name| name.strip_suffix(".pts")).collect();
+    let is_only = stems.len() == 1;
     let mesh = stem.file_name().unwrap_or_default().to_string_lossy();
+    // Files of `heart.lv` are not those of `heart`.
+    let is_of_another = |name: &str| {
+        let of = |other: &&str| other.len() > mesh.len() && name.starts_with(&format!("{other}."));
+        stems.iter().any(of)
+    };
     let set_of = |name: &String| {
-        let set = name.strip_suffix(ending)?;
+        let set = name.strip_suffix(ending).filter(|_| !is_of_another(name))?;
         let set = set.strip_suffix(".surf").unwrap_or(set);
         let rest = set.strip_prefix(&*mesh).and_then(|rest| rest.strip_prefix('.'));
         let set = rest.or((is_only || set == mesh).then_some(set))?;

@@ -17,8 +17,13 @@ pub(crate) fn to_mesh<const N: usize>(mut grid: MixedMesh) -> Result<(Mesh<N>, R
     let cells_at = grid.cells_at;
     grid.rename_equal_cells();
     check_grid(&grid)?;
-    let (coincident_nodes, merged_nodes) = grid.coincident();
-    let sorted = sort_cells::<N>(&grid).map_err(|problem| (cells_at, problem))?;
+    let [coincident_nodes, merged_nodes, near_nodes] = grid.coincident();
+    let ghosts = grid.ghosts();
+    let hidden = ghosts.iter().filter(|&&ghost| ghost).count();
+    if hidden > 0 {
+        grid.left_out.push(counted(hidden, "ghost or hidden cell"));
+    }
+    let sorted = sort_cells::<N>(&grid, &ghosts).map_err(|problem| (cells_at, problem))?;
 
     let mut mesh = Mesh::<N> { points: std::mem::take(&mut grid.points), ..Mesh::default() };
     mesh.cells = sorted.cells.iter().map(|&(_, nodes)| nodes).collect();
@@ -35,6 +40,7 @@ pub(crate) fn to_mesh<const N: usize>(mut grid: MixedMesh) -> Result<(Mesh<N>, R
         dropped_cells: sorted.lower.len(),
         coincident_nodes,
         merged_nodes,
+        near_nodes,
         left_out: std::mem::take(&mut grid.left_out),
         in_micrometres: grid.in_micrometres,
         ..ReadReport::default()
@@ -87,10 +93,10 @@ fn is_lower(element: &Element, kind: u8) -> bool {
     matches!(kind, 1 | 2 | 4) || element.dimension == 3 && of_solid
 }
 
-fn sort_cells<const N: usize>(grid: &MixedMesh) -> Result<SortedCells<N>> {
+fn sort_cells<const N: usize>(grid: &MixedMesh, ghosts: &[bool]) -> Result<SortedCells<N>> {
     let element = Mesh::<N>::ELEMENT;
     let mut sorted = SortedCells { cells: vec![], facets: vec![], lower: vec![] };
-    for (index, &kind) in grid.types.iter().enumerate() {
+    for (index, &kind) in grid.types.iter().enumerate().filter(|(index, _)| !ghosts[*index]) {
         let (is_cell, is_facet) = (kind == element.vtk_type, kind == element.facet_vtk_type);
         if !(is_cell || is_facet || is_lower(element, kind)) {
             return Err(refused_cell::<N>(index, kind));
@@ -129,7 +135,9 @@ fn refused_cell<const N: usize>(cell: usize, kind: u8) -> Problem {
     let split = "split such cells into simplices, for example with VTK's \"Triangulate\"";
     let advice = match kind {
         10 if N == 3 => "read the file as a tetrahedral mesh and extract its surface",
-        5 | 10 if quadratic => "read the file as a mesh of linear cells and make it quadratic",
+        5 | 10 if quadratic => {
+            "export cells of one order; read linear ones as such and make it quadratic (formulation = \"quadratic\")"
+        }
         22 | 24 if !quadratic => {
             "read the file with `read_mesh` as a mesh of quadratic cells, or export it with linear \
              (first-order) elements"
@@ -243,6 +251,8 @@ pub struct ReadReport {
     pub coincident_nodes: usize,
     /// Such nodes that became one with the other; see [`read_merged`](crate::read_merged).
     pub merged_nodes: usize,
+    /// Nodes of one cell that are apart from one of another by less than 1 % of the shortest edge, and are not at its place.
+    pub near_nodes: usize,
     /// Arrays and elements of the file that are nothing of a mesh, such as arrays of text.
     pub left_out: Vec<String>,
     /// Whether the file's lengths were taken for µm, the unit of CARP, and converted to mm.
@@ -268,6 +278,13 @@ impl ReadReport {
             said.push(format!(
                 "{} at the place of another: cells do not hold together there; merge = true under [mesh] (`read_merged`) joins them",
                 counted(self.coincident_nodes, "node")
+            ));
+        }
+        if self.near_nodes > 0 {
+            said.push(format!(
+                "{} nearly at the place of another, less than 1 % of an edge apart: cells do not hold together there; if they are to, write \
+                 the mesh with shared nodes",
+                counted(self.near_nodes, "node")
             ));
         }
         said

@@ -182,8 +182,7 @@ impl Gmsh<'_> {
         let what = format_args!("rows of `{}`", name.escape_debug());
         Problem::require_count(what, expected, found)?;
         let field = Field { components, values: FieldValues::Float(values) };
-        self.grid.fields(of_nodes).insert(name, field);
-        Ok(())
+        self.grid.add_field(of_nodes, name, field)
     }
 
     /// Nodes of MSH 2.2: rows of a tag and three coordinates; parametric ones with the dimension and the tag of the node's

@@ -8,6 +8,9 @@ use sinew_num::ascending;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+/// Distance of nodes that may be meant to be one [relative to the shortest edge there]: far less than a cell, far more than digits of a file.
+const NEAR: f64 = 0.01;
+
 /// Cells of several kinds in memory, as mesh files hold them, with fields and named groups.
 ///
 /// [`MixedMesh::into_mesh`] makes a mesh of the cells of the highest dimension; those of the boundary become facet sets.
@@ -98,25 +101,53 @@ impl MixedMesh {
         &self.connectivity[start..self.ends[index]]
     }
 
-    /// The fields of the points, or of the cells.
-    pub(super) fn fields(&mut self, of_points: bool) -> &mut BTreeMap<String, Field> {
-        if of_points { &mut self.point_fields } else { &mut self.cell_fields }
+    /// Adds a field of the points, or of the cells.
+    pub(super) fn add_field(&mut self, of_points: bool, name: String, field: Field) -> Result<()> {
+        let fields = if of_points { &mut self.point_fields } else { &mut self.cell_fields };
+        let advice = "write a single time step, and give each array a name of its own";
+        match fields.insert(name.clone(), field) {
+            Some(_) => Err(Problem::unsupported("a second array of the name", name, advice)),
+            None => Ok(()),
+        }
     }
 
-    /// Number of nodes of cells at the place of another, and of those that become one with it where nodes are merged.
-    pub(super) fn coincident(&mut self) -> (usize, usize) {
+    /// Whether each cell is a ghost of another piece, or hidden, by the bits of VTK's array `vtkGhostType`.
+    pub(super) fn ghosts(&self) -> Vec<bool> {
+        /// A duplicate, one that others replace, and a hidden one (vtkDataSetAttributes).
+        const NOT_SHOWN: i64 = 1 | 8 | 32;
+        let bits = self.cell_fields.get("vtkGhostType").and_then(Field::to_labels);
+        let ghosts = bits.map(|bits| bits.iter().map(|bits| bits & NOT_SHOWN != 0).collect());
+        ghosts.unwrap_or_else(|| vec![false; self.types.len()])
+    }
+
+    /// Number of nodes of cells at the place of another, of those that become one with it where nodes are merged, and of those so near to
+    /// another that they may be meant to.
+    pub(super) fn coincident(&mut self) -> [usize; 3] {
         let limit = self.points.len();
         let nodes = self.connectivity.iter().map(|&node| node as usize);
         let used = ascending(nodes.filter(|&node| node < limit));
         let places: Vec<_> = used.iter().map(|&node| self.points[node]).collect();
-        let size = Vector3::from(extents(&places)).norm();
-        let mut first: Vec<usize> = (0..limit).collect();
-        for (&node, place) in used.iter().zip(merged(&places, SELECTION_TOLERANCE * size)) {
-            first[node] = used[place];
-        }
+        let tolerance = SELECTION_TOLERANCE * Vector3::from(extents(&places)).norm();
+        let within = |distance: f64| {
+            let mut first: Vec<usize> = (0..limit).collect();
+            for (&node, place) in used.iter().zip(merged(&places, distance)) {
+                first[node] = used[place];
+            }
+            first
+        };
+        let first = within(tolerance);
         let count = first.iter().enumerate().filter(|(node, first)| node != *first).count();
+        let (edges, place) =
+            (self.shortest_edges(), |node: usize| Vector3::from(self.points[node]));
+        let finite = || edges.iter().filter(|edge| edge.is_finite());
+        let mean = finite().sum::<f64>() / finite().count().max(1) as f64;
+        let is_near = |(node, near): &(usize, &usize)| {
+            let distance = (place(*node) - place(**near)).norm();
+            first[*node] != first[**near] && distance < NEAR * edges[*node].min(edges[**near])
+        };
+        let near = within(tolerance.max(NEAR * mean)).iter().enumerate().filter(is_near).count();
         if !self.merge {
-            return (count, 0);
+            return [count, 0, near];
         }
         let joined = |node: usize| first.get(node).copied().unwrap_or(node);
         self.connectivity.iter_mut().for_each(|node| *node = joined(*node as usize) as i64);
@@ -124,7 +155,25 @@ impl MixedMesh {
             *set = ascending(set.iter().map(|&node| joined(node)));
         }
         self.point_fields.values_mut().for_each(|field| *field = field.joined(&first));
-        (0, count)
+        [0, count, near]
+    }
+
+    /// Distance of each point from the nearest other node of its cells.
+    fn shortest_edges(&self) -> Vec<f64> {
+        let mut shortest = vec![f64::INFINITY; self.points.len()];
+        for index in 0..self.types.len() {
+            let nodes = self.cell(index).iter().map(|&node| node as usize);
+            let nodes: Vec<usize> = nodes.filter(|&node| node < self.points.len()).collect();
+            for (at, &a) in nodes.iter().enumerate() {
+                for &b in nodes[..at].iter().filter(|&&b| b != a) {
+                    let distance =
+                        (Vector3::from(self.points[a]) - Vector3::from(self.points[b])).norm();
+                    (shortest[a], shortest[b]) =
+                        (shortest[a].min(distance), shortest[b].min(distance));
+                }
+            }
+        }
+        shortest
     }
 
     /// Gives Lagrange cells of first and second order, voxels and pixels the types whose nodes these have.

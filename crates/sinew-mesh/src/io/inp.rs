@@ -17,6 +17,8 @@ const UNREAD: [&[&str]; 2] = [
     &["INCLUDE", "NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"],
     &["SYMMETRIC MODEL GENERATION", "IMPORT", "PARAMETER"],
 ];
+/// Keywords that join parts of a body, or take some away.
+const JOINS: [&str; 5] = ["TIE", "MPC", "EQUATION", "EMBEDDED ELEMENT", "MODEL CHANGE"];
 
 /// Whether a file begins like one: with a keyword or a comment.
 pub(crate) fn looks_like_it(content: &[u8]) -> bool {
@@ -83,6 +85,11 @@ fn set_scopes(blocks: &mut [Block<'_>]) -> Result<()> {
             unread if UNREAD.concat().contains(&unread) => {
                 let (what, value) = ("the keyword", format!("*{unread}"));
                 let advice = "write the file with all its nodes and elements in it, as Abaqus/CAE or PrePoMax do";
+                return Err(Problem::unsupported(what, value, advice));
+            }
+            join if JOINS.contains(&join) => {
+                let (what, value) = ("the keyword", format!("*{join}"));
+                let advice = "mesh the parts with shared nodes, or take the keyword out if it is not of this body";
                 return Err(Problem::unsupported(what, value, advice));
             }
             _ => {}

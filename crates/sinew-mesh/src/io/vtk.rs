@@ -203,8 +203,7 @@ impl Reader<'_> {
             Some(FieldValues::Float(shares)) if kind == Values::Colours => characters(&shares)?,
             Some(values) => values,
         };
-        self.grid.fields(section == "POINT_DATA").insert(name, Field { components, values });
-        Ok(())
+        self.grid.add_field(section == "POINT_DATA", name, Field { components, values })
     }
 
     /// `FIELD name n`, then `n` arrays. Those outside POINT_DATA and CELL_DATA, such as a

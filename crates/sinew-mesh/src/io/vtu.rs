@@ -25,6 +25,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
         appended: None,
         section: Section::Other,
         piece: None,
+        skips: false,
         grid: MixedMesh::default(),
         cells: PolyData::default(),
         lists: Default::default(),
@@ -54,6 +55,8 @@ struct Parser<'a> {
     section: Section,
     /// Number of points, and of cells in each list.
     piece: Option<(usize, [usize; 4])>,
+    /// Whether the last piece is one without points, as processes without a share of the body write.
+    skips: bool,
     grid: MixedMesh,
     cells: PolyData,
     /// Arrays of each list of cells, and where they are in the file.
@@ -94,7 +97,7 @@ impl<'a> Parser<'a> {
             b"Piece" => self.piece(tag)?,
             b"DataArray" => {
                 let text = if empty { Vec::new() } else { self.array_text()? };
-                if self.section != Section::Other {
+                if self.section != Section::Other && !self.skips {
                     self.array(tag, &text)?;
                 }
             }
@@ -142,11 +145,15 @@ impl<'a> Parser<'a> {
     }
 
     fn piece(&mut self, tag: &BytesStart<'a>) -> Result<()> {
-        if self.piece.is_some() {
+        let points = self.number(tag, "NumberOfPoints")?;
+        self.skips = points == Some(0);
+        if self.skips && self.piece.is_some() {
+            return Ok(());
+        }
+        if self.piece.is_some_and(|(points, _)| points > 0) {
             let advice = "merge the pieces into one, for example with \"Merge Blocks\"";
             return Err(Problem::unsupported("number of pieces", "2 or more", advice));
         }
-        let points = self.number(tag, "NumberOfPoints")?;
         let (counts, expected) = if self.cells.is_surface {
             let names = ["NumberOfVerts", "NumberOfLines", "NumberOfPolys", "NumberOfStrips"];
             let mut counts = [0; 4];
@@ -236,6 +243,10 @@ impl<'a> Parser<'a> {
     fn put(&mut self, name: String, field: Field) -> Result<()> {
         match self.section {
             Section::Points => {
+                let advice = "write a single time step";
+                if !self.grid.points.is_empty() {
+                    return Err(Problem::unsupported("a second array of points", name, advice));
+                }
                 Problem::require_count("components of points", 3, field.components)?;
                 self.grid.points = field.to_vectors().unwrap_or_default();
                 self.grid.points_at = Place { byte: self.item, line: None };
@@ -243,9 +254,12 @@ impl<'a> Parser<'a> {
             Section::Cells(kind) => {
                 let other = || Problem::expected("integers with one component", &name);
                 let labels = field.as_labels().ok_or_else(other)?.to_vec();
-                self.lists[kind as usize].insert(name, (labels, self.item));
+                if self.lists[kind as usize].insert(name.clone(), (labels, self.item)).is_some() {
+                    let advice = "write a single time step";
+                    return Err(Problem::unsupported("a second array of cells", name, advice));
+                }
             }
-            section => drop(self.grid.fields(section == Section::PointData).insert(name, field)),
+            section => self.grid.add_field(section == Section::PointData, name, field)?,
         }
         Ok(())
     }

@@ -285,3 +285,13 @@ fn a_relative_name_finds_the_files_beside_it() {
     let error = read("no such heart").unwrap_err().to_string();
     assert!(error.starts_with("no such heart: "), "{error}");
 }
+
+#[test]
+fn files_of_another_mesh_whose_name_begins_alike_are_its_own() {
+    let folder = with(&[
+        ("heart.lv.pts", "1\n0 0 0\n"),
+        ("heart.lv.endo.surf", "1\nTr 0 1 9\n"),
+        ("heart.base.surf", "1\nTr 0 1 3\n"),
+    ]);
+    assert_eq!(tets(&folder).facet_sets.keys().collect::<Vec<_>>(), ["base"]);
+}

@@ -363,3 +363,33 @@ fn marks_that_are_not_numbers_are_refused() {
     let error = read.nodes_where_nonzero("held").unwrap_err().to_string();
     assert!(error.contains("`held` is inf at node 1"), "{error}");
 }
+
+#[test]
+fn nodes_that_nearly_meet_are_told() {
+    let (_, mut file) = unmerged();
+    // Half a percent of an edge, far beyond the digits of a file, but for one node.
+    file.points[9..].iter_mut().for_each(|[x, ..]| *x += 0.005);
+    for format in FORMATS {
+        let (mesh, report) = read(&format(&file));
+        assert_eq!((mesh.points.len(), report.coincident_nodes, report.near_nodes), (16, 1, 3));
+        let said = report.warnings();
+        assert!(said[1].contains("3 nodes nearly at the place of another"), "{said:?}");
+    }
+    // The corners of a flat cell are near each other, and hold together.
+    let mut flat = box_tetrahedra([1.0, 1.0, 1.0], [1; 3]);
+    flat.points[1] = [0.004, 0.0, 0.0];
+    let (_, report) = read(&File::of(&flat).vtk());
+    assert_eq!((report.near_nodes, report.warnings().len()), (0, 0));
+}
+
+#[test]
+fn ghosts_and_hidden_cells_are_none() {
+    let cube = box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]);
+    // A duplicate, a hidden cell, and one whose bit is of points alone.
+    let bits: String = (0..12).map(|cell| format!("{}\n", [1, 32, 2, 0][cell.min(3)])).collect();
+    let text = File::of(&cube).vtk();
+    let (mesh, report) =
+        read(&format!("{text}SCALARS vtkGhostType unsigned_char\nLOOKUP_TABLE default\n{bits}"));
+    assert_eq!(mesh.cells, cube.cells[2..]);
+    assert!(report.changes().contains(&"2 ghost or hidden cells left out".into()), "{report:?}");
+}

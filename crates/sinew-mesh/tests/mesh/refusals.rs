@@ -85,7 +85,7 @@ fn triangle_files() {
 fn bad_cells_are_named() {
     assert_refused(&vtk("4 0 1 2 5", "10", ""), &["test, line 8", "cell 0", "node 5", "0 to 4"]);
     assert_refused(&vtk("4 0 1 2 -1", "10", ""), &["node -1"]);
-    assert_refused(&vtk("4 0 1 2 1", "10", ""), &["cell 0 names node 1 twice", "remove"]);
+    assert_refused(&vtk("4 0 1 2 1", "10", ""), &["cell 0 names node 1 twice", "tetrahedra"]);
     assert_refused(
         &vtk("4 0 1 2 3\n4 0 1 2 3", "10 9", ""),
         &["cell 1 is a quadrilateral", "split"],
@@ -182,7 +182,7 @@ fn broken_vtu_files() {
     assert_refused(&good.replace("format=\"binary\"", "format=\"appended\""), &["AppendedData"]);
     assert_refused(&good.replace("<Piece", "<Peace"), &["a Piece element"]);
     assert_refused(&good[..good.len() / 2], &["test, byte"]);
-    let two = good.replace("</Piece>", "</Piece><Piece NumberOfPoints=\"0\" NumberOfCells=\"0\"/>");
+    let two = good.replace("</Piece>", "</Piece><Piece NumberOfPoints=\"1\" NumberOfCells=\"0\"/>");
     assert_refused(&two, &["pieces", "merge"]);
     let cut = good.replace("</VTKFile>", "<AppendedData encoding=\"raw\">");
     let place = format!("test, byte {}:", cut.find("<AppendedData").unwrap());

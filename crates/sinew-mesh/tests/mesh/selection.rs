@@ -89,6 +89,11 @@ fn combinations_and_the_nearest_node() {
         .opposite()
         .and(Selection::facing([0.0, 0.0, -1.0], 45.0).opposite());
     assert_eq!(mesh.select("round", &round).unwrap().facets, 2 * (4 * 2 * 2 + 2 * 2 * 2));
+    // A union keeps the nodes of the parts that normals do not decide, inside the body too.
+    let top = Selection::facing(Z, 10.0);
+    let inside = Selection::nearest([1.0, 0.5, 0.5]);
+    let union = mesh.select("union", &Selection::any([top, inside])).unwrap();
+    assert_eq!((union.nodes, union.facets), (5 * 3 + 1, 2 * 4 * 2));
 }
 
 #[test]

@@ -217,3 +217,61 @@ fn formats_that_are_not_read_are_named_with_the_way_out() {
         assert!(error.starts_with(&start) && error.contains("cannot be read; "), "{error}");
     }
 }
+
+#[test]
+fn of_several_time_steps_none_is_taken() {
+    let twice = msh2(NODES, &(view("2 0.5\n3 0.25\n") + &view("2 5\n3 2\n")));
+    let refused = |text: &str| parse("test", text.as_bytes()).unwrap_err().to_string();
+    let said = refused(&twice);
+    assert!(
+        said.contains("a second array of the name `k`") && said.contains("time step"),
+        "{said}"
+    );
+
+    let array = |name: &str, kind: &str, width: usize, text: &str| {
+        format!(
+            "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{width}\">{text}</DataArray>"
+        )
+    };
+    let points = array("Points", "Float64", 3, "0 0 0 1 0 0 0 1 0 0 0 1");
+    let nodes = array("connectivity", "Int64", 1, "0 1 2 3");
+    let cells =
+        nodes.clone() + &array("offsets", "Int64", 1, "4") + &array("types", "UInt8", 1, "10");
+    let field = array("k", "Float64", 1, "0.5");
+    let file = |parts: [&str; 3], pieces: [&str; 2]| {
+        format!(
+            "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid>{}<Piece NumberOfPoints=\"4\" NumberOfCells=\"1\"><Points>{}</Points>\
+             <Cells>{}</Cells><CellData>{}</CellData></Piece>{}</UnstructuredGrid></VTKFile>",
+            pieces[0], parts[0], parts[1], parts[2], pieces[1]
+        )
+    };
+    let (whole, _) = read(file([&points, &cells, &field], [""; 2]));
+    for (twice, said) in [
+        ([&(points.clone() + &points), &cells, &field], "a second array of points"),
+        ([&points, &(cells.clone() + &nodes), &field], "a second array of cells"),
+        ([&points, &cells, &(field.clone() + &field)], "a second array of the name `k`"),
+    ] {
+        let refused = refused(&file(twice.map(String::as_str), [""; 2]));
+        assert!(refused.contains(said) && refused.contains("time step"), "{refused}");
+    }
+    // A process without a share of the body writes an empty piece.
+    let none = array("Points", "Float64", 3, "");
+    let empty =
+        format!("<Piece NumberOfPoints=\"0\" NumberOfCells=\"0\"><Points>{none}</Points></Piece>");
+    for pieces in [[&*empty, ""], ["", &*empty]] {
+        assert_eq!(read(file([&points, &cells, &field], pieces)).0, whole);
+    }
+}
+
+#[test]
+fn keywords_that_join_parts_of_a_body_are_refused() {
+    let nodes = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n";
+    for keyword in
+        ["*Tie, name=glue\na, b\n", "*MPC\nTIE, 1, 2\n", "*EQUATION\n2\n1, 1, 1.0, 2, 1, -1.0\n"]
+    {
+        let error = parse("test", format!("{nodes}{keyword}").as_bytes()).unwrap_err().to_string();
+        let name = keyword[..4].to_uppercase();
+        assert!(error.contains(&name) && error.contains("shared nodes"), "{error}");
+    }
+    read(nodes);
+}

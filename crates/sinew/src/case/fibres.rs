@@ -8,6 +8,7 @@ use sinew_energy::Body;
 use sinew_energy::laws::NamedLaw;
 use sinew_fem::fibres::cells_of_mixed_signs;
 use sinew_mesh::{AnyMesh, Field};
+use std::collections::{BTreeSet, HashMap};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
@@ -42,6 +43,10 @@ impl Fibres {
     /// Writes directions that no field holds into the mesh.
     pub(super) fn lay(&self, mesh: &mut AnyMesh, source: &Source) -> Result<()> {
         let Self { file, field, direction, rule, ellipsoid, .. } = self;
+        if self.sheets.is_some() && field.is_none() {
+            let reason = "sheets are a field beside that of the fibres: give `field` too; a rule or one direction has sheets of its own";
+            return Err(source.error(&["fibres", "sheets"], reason.into()));
+        }
         if let Some(file) = file {
             self.copy(file, mesh).map_err(|reason| source.error(&["fibres", "file"], reason))?;
         }
@@ -79,14 +84,18 @@ impl Fibres {
         if ours != theirs || !own.iter().zip(&apart).all(same) {
             let ([nodes, cells], [own_nodes, own_cells]) = (theirs, ours);
             return Err(format!(
-                "{} has another mesh, of {nodes} nodes and {cells} cells; the body has {own_nodes} and {own_cells}, and both must be in the same order and places",
+                "{} has another mesh, of {nodes} nodes and {cells} cells; the body has {own_nodes} and {own_cells}, and both must have the same nodes in the same order and places",
                 file.display()
             ));
         }
+        let rows = same_cells(mesh, &other).ok_or_else(|| {
+            format!("the cells of {} have other nodes than those of the body", file.display())
+        })?;
         for name in self.fields() {
             let missing = |_| format!("{} has no field `{name}`", file.display());
             let (field, of_cells) = field_of(&other, name).map_err(missing)?;
-            put(mesh, name, field.clone(), of_cells);
+            let field = if of_cells { field.select(&rows) } else { field.clone() };
+            put(mesh, name, field, of_cells);
         }
         Ok(())
     }
@@ -137,6 +146,20 @@ impl Fibres {
             }
         }
     }
+}
+
+/// The cell of another mesh with the nodes of each cell; `None` where one has no such cell.
+fn same_cells(mesh: &AnyMesh, other: &AnyMesh) -> Option<Vec<usize>> {
+    let sorted = |mesh: &AnyMesh| -> Vec<BTreeSet<usize>> {
+        let cells = mesh.cells().chunks_exact(mesh.element().nodes.len());
+        cells.map(|cell| cell.iter().copied().collect()).collect()
+    };
+    if mesh.cells() == other.cells() {
+        return Some((0..mesh.cell_count()).collect());
+    }
+    let (own, theirs) = (sorted(mesh), sorted(other));
+    let places: HashMap<_, _> = theirs.iter().zip(0..).collect();
+    own.iter().map(|cell| places.get(cell).copied()).collect()
 }
 
 /// Points from the corner of their box, relative to its longest edge.

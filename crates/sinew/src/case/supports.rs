@@ -115,8 +115,11 @@ impl Support {
                           point and turn (they turn about it)";
             return Err(source.error(&["supports", &at], reason.into()));
         };
-        add_node_set(mesh, name)
-            .or_else(|reason| add_nodes_of_cells(mesh, name).ok_or(reason))
+        check_one_kind(mesh, name)
+            .and_then(|()| match add_node_set(mesh, name) {
+                Err(reason) => add_nodes_of_cells(mesh, name).ok_or(reason),
+                added => added,
+            })
             .map_err(|reason| source.error(&["supports", &at, key], reason))?;
         if let (Prescribed::PerNode(rows), Some(turn), Some(axis)) = (&mut displacement, turn, axis)
         {
@@ -134,8 +137,9 @@ impl Support {
 
 /// Makes sure that the mesh has a node set of this name: its own, the nodes of a facet set, a point field's.
 pub(super) fn add_node_set(mesh: &mut AnyMesh, name: &str) -> Result<(), String> {
-    if mesh.node_sets().get(name).is_some_and(|set| !set.is_empty()) {
-        return Ok(());
+    if let Some(set) = mesh.node_sets().get(name) {
+        let empty = || format!("the set `{name}` is empty: its nodes belong to no cell");
+        return if set.is_empty() { Err(empty()) } else { Ok(()) };
     }
     let mut nodes: Vec<usize> = if let Some(facets) = mesh.facet_sets().get(name) {
         facets.iter().flat_map(|&facet| mesh.nodes_of_facet(facet)).collect()
@@ -157,6 +161,30 @@ pub(super) fn add_node_set(mesh: &mut AnyMesh, name: &str) -> Result<(), String>
     nodes.dedup();
     mesh.node_sets_mut().insert(name.into(), nodes);
     Ok(())
+}
+
+/// Refuses a name of sets of several kinds, if the first kind lacks a corner of the others.
+pub(super) fn check_one_kind(mesh: &AnyMesh, name: &str) -> Result<(), String> {
+    let (element, nodes) = (mesh.element(), mesh.element().nodes.len());
+    let corners = |&facet| mesh.nodes_of_facet(facet).into_iter().take(element.facet_corners);
+    let facets = mesh.facet_sets().get(name).map(|set| set.iter().flat_map(corners).collect());
+    let corners = |cell: &usize| mesh.cells()[cell * nodes..][..element.corners].iter().copied();
+    // A label of cells may be one of facets too.
+    let cells = mesh.cells_of(name).filter(|_| !name.contains(':'));
+    let cells = cells.map(|set| set.iter().flat_map(corners).collect());
+    let own = mesh.node_sets().get(name).map(|set| set.iter().copied().collect());
+    let kinds = [("nodes", own), ("facets", facets), ("cells", cells)];
+    let kinds: Vec<(_, BTreeSet<usize>)> =
+        kinds.into_iter().filter_map(|(kind, set)| Some((kind, set?))).collect();
+    let [(first, all), others @ ..] = &kinds[..] else { return Ok(()) };
+    match others.iter().find(|(_, other)| !other.is_subset(all)) {
+        None => Ok(()),
+        Some((kind, other)) => Err(format!(
+            "`{name}` is a set of {first} with {} nodes and one of {kind} with {}; give each a name of its own in the mesh file",
+            all.len(),
+            other.len()
+        )),
+    }
 }
 
 /// Makes a node set of a set or label of cells, if there is one.

@@ -115,6 +115,10 @@ fn picture(image: &Body, unloaded: &Unloaded, stresses: bool) -> Result<AnyMesh>
     Ok(mesh)
 }
 
+fn largest(numbers: impl Iterator<Item = f64>) -> f64 {
+    numbers.fold(0.0, f64::max)
+}
+
 /// Differences of the case file at rest from the body, if something is left.
 fn left(file: &Path, unloaded: &Unloaded) -> Option<String> {
     let body = match Case::read(file).and_then(|case| case.body()) {
@@ -126,6 +130,18 @@ fn left(file: &Path, unloaded: &Unloaded) -> Option<String> {
     if body.nodes != unloaded.rest.nodes {
         return Some("the body has other nodes".into());
     }
+    let places = body.prescribed.iter().enumerate();
+    let apart = places.filter_map(|(dof, place)| {
+        Some((body.frames.component(dof, &displacement) - (*place)?).abs())
+    });
+    let (apart, size) = (largest(apart), largest(displacement.iter().map(|u| u.abs())));
+    if apart > SAME * size {
+        let unit = &body.units.length;
+        return Some(format!(
+            "supports hold nodes up to {apart:.1e} {unit} from the image: a turn is about other places in a case file at rest; hold the nodes \
+             where they are, or prescribe x, y and z"
+        ));
+    }
     body.value_and_gradient(&displacement, &unloaded.theta, &mut forces);
     let free = body.free_degrees_of_freedom();
     let squares = free.iter().map(|&dof| body.frames.component(dof, &forces).powi(2));
@@ -135,7 +151,7 @@ fn left(file: &Path, unloaded: &Unloaded) -> Option<String> {
     (!same).then(|| {
         format!(
             "the image is not quite an equilibrium (unbalanced forces {unbalanced:.1e} of loads and reactions): directions that differ within a \
-             cell, loads or supports given by places or a turn are not the same in a case file at rest"
+             cell, and loads or supports given by places, are not the same in a case file at rest"
         )
     })
 }

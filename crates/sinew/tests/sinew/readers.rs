@@ -153,3 +153,26 @@ fn colours_in_text_are_factors_from_0_to_255() {
         expected
     );
 }
+
+#[test]
+fn a_name_of_sets_of_several_kinds_is_refused_where_they_differ() {
+    let (folder, mesh) = (tempfile::tempdir().unwrap(), block());
+    let sides = right(&mesh);
+    // The cells of the label 0 are named by their field, the nodes by another.
+    let marks: String =
+        mesh.points.iter().map(|x| format!("{}\n", i32::from(x[0] == 0.0))).collect();
+    let data = format!(
+        "SCALARS cell_set:held int\nLOOKUP_TABLE default\n{}POINT_DATA {}\nSCALARS node_set:held int\nLOOKUP_TABLE default\n{marks}",
+        "1\n".repeat(mesh.cells.len() + sides.len()),
+        mesh.points.len()
+    );
+    let case = CASE.replace("clamped = \"left\"", "clamped = \"held\"");
+    let case =
+        case.lines().filter(|line| !line.starts_with("select")).collect::<Vec<_>>().join("\n");
+    let (code, _, said) = solved(folder.path(), &case, &vtk(&mesh, &sides, &data));
+    assert!(code == Some(2) || code == Some(1), "{said}");
+    assert!(
+        said.contains("`held` is a set of nodes with 4 nodes and one of cells with 12"),
+        "{said}"
+    );
+}

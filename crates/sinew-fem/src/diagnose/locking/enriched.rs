@@ -69,10 +69,12 @@ impl<'b> Enriched<'b> {
         self.for_points(|point, modes, gradients, volume| {
             let tangent = &self.tangents[point];
             for (&mode, g) in modes.iter().zip(gradients) {
-                blocks[mode] += Matrix3::from_fn(|i, k| {
-                    let term = |j: usize, l: usize| g[j] * tangent[3 * i + j][3 * k + l] * g[l];
-                    volume * (0..9).map(|jl| term(jl / 3, jl % 3)).sum::<f64>()
-                });
+                for k in 0..3 {
+                    let mut h = Mat3::ZERO;
+                    h.0[k] = *g;
+                    let force = tangent_times(tangent, &h).apply(g);
+                    (0..3).for_each(|i| blocks[mode][(i, k)] += volume * force[i]);
+                }
             }
         });
         let inverse = |(block, free): (&Matrix3<f64>, &Mat3<f64>)| {
@@ -95,10 +97,14 @@ impl<'b> Enriched<'b> {
     /// Forces on the modes of a displacement of the nodes.
     pub(super) fn couple(&self, displacement: &[f64]) -> Modes {
         let mut forces = vec![[0.0; 3]; self.free.len()];
+        // A simplex has one stress for all its points.
+        let mut last = (usize::MAX, Mat3::ZERO);
         self.for_points(|point, modes, gradients, volume| {
-            let h = self.body.displacement_gradient(point, displacement);
-            let stress = tangent_times(&self.tangents[point], &h);
-            add_forces(&stress, volume, modes, gradients, &mut forces);
+            if last.0 != point {
+                let h = self.body.displacement_gradient(point, displacement);
+                last = (point, tangent_times(&self.tangents[point], &h));
+            }
+            add_forces(&last.1, volume, modes, gradients, &mut forces);
         });
         self.project(&mut forces);
         forces

@@ -3,8 +3,9 @@
 use super::enriched::{Enriched, Modes};
 use crate::diagnose::stress::law_gradients;
 use crate::elements::{PredictedStress, State, System, Unknowns, inverse, place};
-use crate::linear::{add, dot};
-use crate::{Result, SolveError};
+use crate::linear::systems::CORRECTION;
+use crate::linear::{MOST_SHIFTS, add, dot};
+use crate::{Method, Result, SolveError};
 use sinew_energy::{Body, Response, with_nodes};
 use sinew_num::Mat3;
 
@@ -81,7 +82,7 @@ impl System<'_> {
         let more = self.response_to_supports(state, &motion).into_iter();
         let more = more.zip(self.rate_by_theta(state, &tension));
         rate.iter_mut().zip(more).for_each(|(rate, (moved, tension))| *rate += moved + tension);
-        let (own, _) = self.respond(&rate, &motion)?;
+        let (own, _) = self.respond(&rate, &motion, false)?;
         let pressures: Vec<f64> =
             self.assembly.points.iter().map(|own| mean_stress(&own.h, &own.stress)).collect();
         let smooth = smoothed(body, &pressures);
@@ -104,7 +105,7 @@ impl System<'_> {
             }
             false => self.remove_patches(&points),
         }
-        let (linear, stable) = self.respond(&rate, &motion)?;
+        let (linear, stable) = self.respond(&rate, &motion, true)?;
         let enriched = Enriched::new(body, points.iter().map(|(_, tangent)| *tangent).collect());
         let mut residual = enriched.couple(&linear);
         if tension.iter().any(|&t| t != 0.0) {
@@ -122,11 +123,23 @@ impl System<'_> {
         Ok(Responses { own, linear, better, definite })
     }
 
-    /// Factorises the assembled stiffness: the response of all nodes to a rate of the unbalanced forces, and whether it is positive definite.
-    fn respond(&mut self, rate: &[f64], motion: &[f64]) -> Result<(Vec<f64>, bool)> {
-        let (shift, _) = self.factorise(true).ok_or(SolveError::Singular)?;
+    /// Response of all nodes to a rate of the unbalanced forces by the assembled stiffness, and whether this is positive definite; it is
+    /// factorised for more responses.
+    fn respond(&mut self, rate: &[f64], motion: &[f64], more: bool) -> Result<(Vec<f64>, bool)> {
         let mut change: Vec<f64> = rate.iter().map(|r| -r).collect();
-        self.back_substitute(&mut change);
+        let iterates = !more && self.method == Method::Aggregation;
+        let iterated = iterates.then(|| self.iterate(&change, CORRECTION, MOST_SHIFTS)).flatten();
+        let shift = match iterated {
+            Some((iterated, shift)) => {
+                change = iterated;
+                shift
+            }
+            None => {
+                let (shift, _) = self.factorise(true).ok_or(SolveError::Singular)?;
+                self.back_substitute(&mut change);
+                shift
+            }
+        };
         if change.iter().any(|x| !x.is_finite()) {
             return Err(SolveError::Singular);
         }

@@ -5,7 +5,7 @@ use crate::elements::scene::{distance, node_at, roller, scene};
 use crate::membrane::cook_membrane;
 use sinew_energy::laws::{ByYoungPoisson, LinearElastic, NeoHookean, PlaneStress};
 use sinew_energy::{Load, Magnitude, Support};
-use sinew_fem::{Options, Solver};
+use sinew_fem::{Options, Solver, cell_stresses};
 use sinew_mesh::{AnyMesh, Mesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
 
 const THETA: [f64; 2] = [10.0, 20.0];
@@ -63,6 +63,14 @@ fn a_plate_pulled_along_one_axis_contracts_by_poissons_ratio() {
         let exact = |x: &[f64; 3]| [strain * x[0], -POISSON * strain * x[1], 0.0];
         let exact: Vec<f64> = plate.mesh.points().iter().flat_map(exact).collect();
         assert!(distance(&solution.displacement, &exact) < 1e-12);
+        // Cauchy's stress of small strains, and none across the plate.
+        let stresses = cell_stresses(&body, &exact, &[YOUNG, POISSON]).unwrap();
+        assert!(
+            stresses.iter().all(|cell| (cell.cauchy[0][0] / TRACTION - 1.0).abs() < 2.0 * strain)
+        );
+        assert!(stresses.iter().all(|cell| cell.cauchy[2] == [0.0; 3]));
+        let mixed = plate.mixed().lower().map(|_| ()).unwrap_err().to_string();
+        assert!(mixed.contains("no pressure of its own"), "{mixed}");
     }
     check(rectangle_triangles([2.0, 1.0], [4, 3]).distorted(5, 0.3));
     check(rectangle_triangles([2.0, 1.0], [3, 2]).quadratic().distorted(5, 0.3));
