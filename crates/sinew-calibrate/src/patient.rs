@@ -98,6 +98,16 @@ impl<'p> Patient<'p> {
         self.parts.solve(theta, near, derivatives)
     }
 
+    /// States at θ in the order in which the phases were added, up to the first phase without a stable equilibrium; and why it has none.
+    ///
+    /// # Errors
+    /// θ that makes no sense, or no body at rest.
+    pub fn states_reached(&self, theta: &[f64]) -> Result<(PatientStates, Option<StateError>)> {
+        self.parts.check(theta)?;
+        let focus = self.focus.read().ok().and_then(|focus| focus.clone());
+        self.parts.reached(theta, focus.as_deref())
+    }
+
     /// All states at θ without a prediction. Loading the body at rest is checked to give the image.
     ///
     /// # Errors

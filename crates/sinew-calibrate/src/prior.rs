@@ -19,6 +19,9 @@ pub enum Prior {
     },
 }
 
+/// Largest standard deviation of a logarithm: its 95 % interval spans a factor of 50. Larger ones are per cent.
+const WIDEST: f64 = 1.0;
+
 /// A parameter that is not known.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Unknown {
@@ -102,6 +105,10 @@ impl Prior {
             }
             Self::LogNormal { deviation, .. } if !usable(deviation) => Some(format!(
                 "the standard deviation of the logarithm is {deviation}; give a positive number, such as 0.1 for about 10 %"
+            )),
+            Self::LogNormal { deviation, .. } if deviation > WIDEST => Some(format!(
+                "the standard deviation {deviation} is a fraction: write {} for {deviation} %; a prior wider than {WIDEST} is a range",
+                deviation / 100.0
             )),
             _ => None,
         }

@@ -50,6 +50,19 @@ impl Answer {
         self.error <= accuracy
     }
 
+    /// Whether it descends from a search that met an indefinite stiffness.
+    pub fn has_jumped(&self) -> bool {
+        self.warnings.contains(&Warning::Jumped)
+    }
+
+    /// The answer, with a warning where it descends from a solution that `jumped`.
+    fn descended(mut self, jumped: bool) -> Self {
+        if jumped && !self.has_jumped() {
+            self.warnings.push(Warning::Jumped);
+        }
+        self
+    }
+
     fn predicted(displacement: Vec<f64>, error: f64, steps: usize) -> Self {
         // The caller sets method, time and warnings.
         let (method, seconds, warnings) = (Method::Emulator, 0.0, Vec::new());

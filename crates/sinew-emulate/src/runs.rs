@@ -1,10 +1,13 @@
 //! Emulators of stored runs of any solver: Gaussian processes of numbers or displacements over θ, without a body.
 
 use crate::error::require_usable;
-use crate::predict::regression::{Conditional, check_samples, folds, steps};
+use crate::predict::regression::{
+    Conditional, Groups, check_samples, doubts, folds, levels, partitions, points, steps,
+};
 use crate::store::identity::{Axis, axis};
 use crate::store::{check_seal, read_json, seal, write_json};
-use crate::{Counter, Error, Observer, PodRegression, Result};
+use crate::{Counter, Error, Observer, PodRegression, Result, Warning};
+use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
@@ -19,6 +22,9 @@ use std::sync::{Mutex, PoisonError};
 const COVERAGE: f64 = 0.95;
 /// Half-width of a 95 % interval of a normal distribution \[standard deviations\].
 const NORMAL_WIDTH: f64 = 1.96;
+/// Error over deviation that is rounding, and levels that a polynomial meets exactly.
+const ROUNDING: f64 = 1e-9;
+const FEW_LEVELS: usize = 6;
 /// Runs that are learned from at most: time grows with their cube, a prediction with their square.
 const MOST_RUNS: usize = 1000;
 /// Seed of the order of runs, and of the choice among more than [`MOST_RUNS`].
@@ -38,8 +44,9 @@ pub struct Output {
     pub values: Vec<Vec<f64>>,
 }
 
-/// Errors of runs that are predicted from the others: each alone among up to fifty runs, a tenth of more at a time. Length scales
-/// and nugget are searched anew without them.
+/// Errors of runs that are predicted from the others: each alone among up to fifty runs, a tenth of more at a time, and together where
+/// most runs share values of a parameter or are near twins, whichever errors are larger. Length scales and nugget are searched
+/// anew without them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeftOut {
     /// Name of the output.
@@ -64,27 +71,35 @@ impl LeftOut {
         1.0 - (self.error / self.deviation).powi(2)
     }
 
-    /// Summary of an output's errors and the deviations of the process there, a pair for each run.
-    fn of(output: &Output, values: &[Vec<f64>], errors: &[(f64, f64)]) -> Self {
+    /// Summary of an output's errors and the deviations of the process there, a pair for each run, of the groups that were left out.
+    fn of(output: &Output, values: &[Vec<f64>], groups: &Groups, errors: &[(f64, f64)]) -> Self {
         let runs = values.len();
-        let mean_square = |sum: f64| (sum / (runs as f64 * nodes(&values[0]))).sqrt();
+        let mean_square = |sum: f64, count| (sum / (count as f64 * nodes(&values[0]))).sqrt();
         let about_mean = |k: usize| {
             let mean = values.iter().map(|value| value[k]).sum::<f64>() / runs as f64;
             values.iter().map(|value| (value[k] - mean).powi(2)).sum::<f64>()
         };
-        let mut ratios: Vec<f64> = errors.iter().map(|(error, of)| error / of).collect();
+        let mut ratios: Vec<f64> = errors.iter().map(|(error, of)| error.abs() / of).collect();
         ratios.sort_by(f64::total_cmp);
         // The quantile that as many unseen values stay below, were these ratios exchangeable with theirs.
-        let rank = (COVERAGE * (runs + 1) as f64).ceil() as usize;
+        let rank = (COVERAGE * (ratios.len() + 1) as f64).ceil() as usize;
+        // The largest of few is exceeded by more; of a tail as heavy as Cauchy's this brings it to the share.
+        let allowance = (1.0 / ((ratios.len() + 1) as f64 * (1.0 - COVERAGE))).max(1.0);
         Self {
             name: output.name.clone(),
             unit: output.unit.clone(),
             runs,
-            folds: folds(runs),
-            error: mean_square(errors.iter().map(|(error, _)| error * error).sum()),
-            deviation: mean_square((0..values[0].len()).map(about_mean).sum()),
-            factor: ratios[rank.min(runs) - 1],
+            folds: folds(groups.len()),
+            error: mean_square(errors.iter().map(|(error, _)| error * error).sum(), errors.len()),
+            deviation: mean_square((0..values[0].len()).map(about_mean).sum(), runs),
+            factor: allowance * ratios[rank.min(ratios.len()) - 1],
         }
+    }
+
+    /// The larger of both errors, and of both widths of intervals.
+    fn or_larger(self, other: Self) -> Self {
+        let factor = self.factor.max(other.factor);
+        Self { factor, ..if other.error > self.error { other } else { self } }
     }
 }
 
@@ -136,8 +151,12 @@ pub struct RunsEmulator {
     pub parameters: Vec<Parameter>,
     /// Mesh of displacements.
     pub mesh: Option<AnyMesh>,
+    /// Effects that the runs do not tell apart, with the runs to add.
+    pub warnings: Vec<String>,
     outputs: Vec<(PodRegression, Conditional)>,
     left_out: Vec<LeftOut>,
+    /// Correlation of the errors of numbers.
+    correlation: Vec<Vec<f64>>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -149,6 +168,10 @@ struct Description {
     seed: u64,
     parameters: Vec<Axis>,
     left_out: Vec<LeftOut>,
+    #[serde(default)]
+    warnings: Vec<String>,
+    #[serde(default)]
+    correlation: Vec<Vec<f64>>,
 }
 
 impl RunsEmulator {
@@ -184,7 +207,9 @@ impl RunsEmulator {
             order.iter().map(|&run| rows[run].clone()).collect()
         };
         let thetas = drawn(thetas);
-        let count = outputs.len() * steps(thetas.len());
+        let points = points(&parameters, &thetas);
+        let partitions = partitions(&points);
+        let count = outputs.len() * steps(&partitions);
         let counter = Mutex::new(Counter::new(observer, STAGE, 0, count));
         let step = || {
             let mut counter = counter.lock().unwrap_or_else(PoisonError::into_inner);
@@ -193,16 +218,37 @@ impl RunsEmulator {
         let fit = |output: &Output| -> Result<_> {
             let values = drawn(&output.values);
             let samples = (&parameters[..], &thetas[..], &values[..]);
-            let (regression, errors) = PodRegression::fit_evidence(samples, &step)?;
+            let (regression, errors) = PodRegression::fit_evidence(samples, &partitions, &step)?;
             let conditional = conditional(&regression)?;
-            Ok(((regression, conditional), LeftOut::of(output, &values, &errors)))
+            let of = partitions.iter().zip(&errors);
+            let left = of.map(|(groups, errors)| LeftOut::of(output, &values, groups, errors));
+            let left = left.reduce(LeftOut::or_larger).expect("runs are left out alone");
+            Ok(((regression, conditional), (left, errors.concat())))
         };
         let found: Result<Vec<_>> = outputs.par_iter().map(fit).collect();
         let counter = counter.into_inner().unwrap_or_else(PoisonError::into_inner);
         counter.check()?;
         counter.finish("fitted");
-        let (outputs, left_out) = found?.into_iter().unzip();
-        Ok(Self { parameters, mesh, outputs, left_out })
+        let (outputs, left): (_, Vec<_>) = found?.into_iter().unzip();
+        let (left_out, errors): (Vec<_>, Vec<_>) = left.into_iter().unzip();
+        let names: Vec<&str> = parameters.iter().map(|parameter| &parameter.name[..]).collect();
+        let mut warnings = doubts(&points, &names);
+        warnings.extend(met_exactly(&points, &names, &left_out));
+        for concern in &warnings {
+            let (stage, concern) = (STAGE.into(), concern.clone());
+            observer.warning(&Warning::Training { stage, concern });
+        }
+        let correlation = correlation(&errors);
+        Ok(Self { parameters, mesh, warnings, outputs, left_out, correlation })
+    }
+
+    /// Correlation of the errors of two numbers, by the places of their outputs: that of the errors left out.
+    pub fn correlation(&self, one: usize, other: usize) -> f64 {
+        match self.correlation.get(one) {
+            Some(row) => row[other],
+            // Stored before errors were correlated.
+            None => f64::from(u8::from(one == other)),
+        }
     }
 
     /// Errors of runs left out, output by output.
@@ -252,6 +298,8 @@ impl RunsEmulator {
             seed: SEED,
             parameters: self.parameters.iter().map(|p| axis(p, p.unit.name())).collect(),
             left_out: self.left_out.clone(),
+            warnings: self.warnings.clone(),
+            correlation: self.correlation.clone(),
         };
         write_json(&folder.join(Self::FILE), &description)?;
         let mut names = vec![Self::FILE.to_string()];
@@ -271,8 +319,9 @@ impl RunsEmulator {
     /// # Errors
     /// A folder without such an emulator, files that are damaged.
     pub fn load(folder: &Path) -> Result<Self> {
-        let Description { parameters, left_out, .. } = read_json(&folder.join(Self::FILE))?
-            .ok_or_else(|| Error::NoEmulator { folder: folder.into() })?;
+        let Description { parameters, left_out, warnings, correlation, .. } =
+            read_json(&folder.join(Self::FILE))?
+                .ok_or_else(|| Error::NoEmulator { folder: folder.into() })?;
         let sealed = check_seal(folder)?;
         let parameter = |Axis { name, range: [low, high], unit, logarithmic }| match logarithmic {
             true => Parameter::log(name, unit.as_str(), low..=high),
@@ -288,8 +337,37 @@ impl RunsEmulator {
         let read = || sinew_mesh::read(folder.join(MESH)).map(|(mesh, _)| mesh);
         let mesh = sealed.contains_key(MESH).then(read).transpose();
         let mesh = mesh.map_err(|error| Error::Refused(error.to_string()))?;
-        Ok(Self { parameters, mesh, outputs, left_out })
+        Ok(Self { parameters, mesh, warnings, outputs, left_out, correlation })
     }
+}
+
+/// Doubts about outputs whose errors are rounding where parameters have few values.
+fn met_exactly(points: &DMatrix<f64>, names: &[&str], left_out: &[LeftOut]) -> Vec<String> {
+    let few = |d: &usize| levels(points, *d).len() <= FEW_LEVELS;
+    let few: Vec<&str> = (0..names.len()).filter(few).map(|d| names[d]).collect();
+    let exact = left_out.iter().filter(|left| left.error < ROUNDING * left.deviation);
+    let told = |left: &LeftOut| {
+        format!(
+            "{} is met to rounding, by few values of {}; add runs with others to see its error",
+            left.name,
+            few.join(", ")
+        )
+    };
+    exact.filter(|_| !few.is_empty()).map(told).collect()
+}
+
+/// Correlation of errors over their deviations, by outputs. That of `n` runs is shrunk by `1/n`, so that it is positive definite.
+fn correlation(errors: &[Vec<(f64, f64)>]) -> Vec<Vec<f64>> {
+    let ratios = |errors: &Vec<(f64, f64)>| {
+        DVector::from_iterator(errors.len(), errors.iter().map(|(error, of)| error / of))
+    };
+    let ratios: Vec<_> = errors.iter().map(ratios).collect();
+    let of = |one: usize, other: usize| {
+        let [a, b] = [&ratios[one], &ratios[other]];
+        let size = (a.norm() * b.norm()).max(f64::MIN_POSITIVE);
+        if one == other { 1.0 } else { a.dot(b) / size * (1.0 - 1.0 / a.len() as f64) }
+    };
+    (0..errors.len()).map(|one| (0..errors.len()).map(|other| of(one, other)).collect()).collect()
 }
 
 /// Nodes of displacements; 1 of a number.

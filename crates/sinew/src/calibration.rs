@@ -138,6 +138,9 @@ pub fn verdict(prepared: &Prepared, posterior: &Posterior) -> String {
 const PRESSURES: [f64; 10] = [2.0, 5.0, 8.0, 11.0, 14.0, 17.0, 20.0, 23.0, 26.0, 30.0];
 /// Draws that the curve is solved for, which give its band.
 const CURVE_DRAWS: usize = 48;
+/// Part of the draws that have an equilibrium at each pressure of the curve. Those that have none are the softest, so that a band of the others
+/// would be too narrow and too low.
+const SOLVED: f64 = 0.95;
 /// One millilitre in mm³.
 const MILLILITRE: f64 = 1e3;
 
@@ -154,16 +157,23 @@ pub struct Curve {
     pub klotz: Option<Klotz>,
     /// Draws that were solved.
     pub draws: usize,
+    /// Why the curve ends before the last pressure, if it does.
+    pub end: Option<String>,
 }
 
+/// Volumes of a cavity at one draw by pressure \[mm³\], as far as it has equilibria, and why it has no more.
+type Reached = (Vec<f64>, Option<String>);
+
 impl Curve {
-    /// Solves for the volumes of a cavity at some draws of the posterior.
+    /// Solves for the volumes of a cavity at some draws of the posterior, up to the pressure at which draws begin to lack an equilibrium.
     ///
     /// # Errors
     /// A cavity whose pressure is not a parameter, and draws that cannot be solved.
     pub fn new(prepared: &Prepared, posterior: &Posterior, cavity: &str) -> Result<Self, String> {
         let kpa = stress_in_kpa("mmHg").unwrap_or(1.0);
         let patient = prepared.curve(cavity, &PRESSURES.map(|p| p * kpa))?;
+        let cavities = &mut prepared.body.cavities.iter();
+        let place = cavities.position(|other| other.name == cavity).unwrap_or_default();
         let chains = posterior.draws.draws.len().max(1);
         let thin = posterior.draws.thinned(CURVE_DRAWS.div_ceil(chains));
         let places = prepared.curve_parameters();
@@ -172,10 +182,20 @@ impl Curve {
         if let Some(middle) = thetas.get(thetas.len() / 2) {
             patient.expect_among(std::slice::from_ref(middle));
         }
-        let solve = |theta: &Vec<f64>| patient.observe(theta, false).ok().map(|seen| seen.values);
-        let found: Vec<Vec<f64>> = thetas.par_iter().filter_map(solve).collect();
-        if found.is_empty() {
-            return Err(format!("the curve of {cavity} has no equilibrium at any draw"));
+        let solve = |theta: &Vec<f64>| match patient.states_reached(theta) {
+            Ok((states, end)) => {
+                let volume = |u: &Vec<f64>| prepared.body.cavity_volumes(u)[place];
+                // The image and the body at rest come before.
+                let volumes = states.moved.iter().skip(2).map(volume).collect();
+                (volumes, end.map(|why| why.to_string()))
+            }
+            Err(why) => (Vec::new(), Some(why.to_string())),
+        };
+        let found: Vec<Reached> = thetas.par_iter().map(solve).collect();
+        let reached = reached(&found);
+        let end = end(&found, reached);
+        if let (0, Some(end)) = (reached, &end) {
+            return Err(format!("{cavity}: {end}"));
         }
         let quantiles = |volumes: Vec<f64>| {
             [0.025, 0.5, 0.975].map(|share| quantile(&volumes, share) / MILLILITRE)
@@ -184,13 +204,16 @@ impl Curve {
         let rest = prepared.reported.iter().find(|seen| seen.name == name);
         let rest =
             rest.map(|seen| quantiles(posterior.observed.parameter(seen.observable).concat()));
-        let at = |p: usize| quantiles(found.iter().map(|volumes| volumes[p]).collect());
-        let pressures = rest.iter().map(|_| 0.0).chain(PRESSURES).collect();
-        let volumes = rest.into_iter().chain((0..PRESSURES.len()).map(at)).collect();
+        let at =
+            |p: usize| quantiles(found.iter().filter_map(|(v, _)| v.get(p).copied()).collect());
+        let pressures =
+            rest.iter().map(|_| 0.0).chain(PRESSURES.into_iter().take(reached)).collect();
+        let volumes = rest.into_iter().chain((0..reached).map(at)).collect();
         let data = measured(prepared, posterior, cavity);
         let klotz = data.iter().max_by(|a, b| a[1].total_cmp(&b[1]));
         let klotz = klotz.and_then(|[volume, pressure]| Klotz::through(*pressure, *volume));
-        Ok(Self { cavity: cavity.into(), pressures, volumes, klotz, draws: found.len() })
+        let draws = found.len();
+        Ok(Self { cavity: cavity.into(), pressures, volumes, klotz, draws, end })
     }
 
     /// The table as CSV.
@@ -204,6 +227,26 @@ impl Curve {
         }
         text
     }
+}
+
+/// Pressures at which enough draws have an equilibrium.
+fn reached(found: &[Reached]) -> usize {
+    let enough = |p: &usize| {
+        let solved = found.iter().filter(|(volumes, _)| volumes.len() > *p).count();
+        solved as f64 >= SOLVED * found.len() as f64
+    };
+    (0..PRESSURES.len()).take_while(enough).count()
+}
+
+/// End of a curve before the last of the pressures, with the reason.
+fn end(found: &[Reached], reached: usize) -> Option<String> {
+    let beyond = PRESSURES.get(reached)?;
+    let mut without = found.iter().filter(|(volumes, _)| volumes.len() <= reached);
+    let (count, all) = (without.clone().count(), found.len());
+    let why = without.find_map(|(_, why)| why.as_deref()).unwrap_or_default();
+    Some(format!(
+        "the curve ends before {beyond} mmHg, where {count} of {all} draws have no equilibrium, the first: {why}"
+    ))
 }
 
 /// Volume of Klotz's curve at a pressure; the unloaded one at 0.

@@ -156,7 +156,7 @@ impl Case {
             return Self::parse(scene.text, scene.name);
         }
         let ending = |mesh: &&str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(mesh));
-        let reason = if MESHES.iter().any(|mesh| ending(&mesh)) {
+        let reason = if MESHES.iter().any(ending) {
             Some(
                 "this is the name of a mesh, not of a case; name the mesh by `file` under [mesh] of a case file, or by --mesh beside a case",
             )

@@ -13,6 +13,10 @@ use sinew_mesh::{AnyMesh, Field, MeshError};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+/// Distance from the points of a mesh over their size below which vectors are positions: a displacement that doubles all coordinates in
+/// every run is none of a body.
+const NEAR_POINTS: f64 = 0.5;
+
 /// Runs with their parameters, whose ranges are those of the runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Runs {
@@ -86,7 +90,8 @@ impl Runs {
         }
         let output = Output { name: "displacement".into(), unit: "mm".into(), values };
         let runs = table.runs(&inputs, table.numbers(&inputs)?, vec![output])?;
-        Ok(Self { mesh: first, ..runs })
+        let mesh = first.expect("runs have files");
+        runs.on(mesh).map_err(|reason| table.error(0, reason))
     }
 
     /// Reads an archive of `numpy.savez`: `theta` (runs × parameters) and `displacements` (runs × nodes × 3), in the order of the
@@ -121,8 +126,23 @@ impl Runs {
         let values = fields.chunks(3 * points).map(<[f64]>::to_vec).collect();
         let output = Output { name: "displacement".into(), unit: "mm".into(), values };
         let runs = Self::new(&heads, thetas, vec![output], |run| format!("run {run}"));
-        let runs = runs.map_err(|reason| at(path, reason))?;
-        Ok(Self { mesh: Some(read), ..runs })
+        runs.and_then(|runs| runs.on(read)).map_err(|reason| at(path, reason))
+    }
+
+    /// Runs with the mesh of their displacements.
+    fn on(self, mesh: AnyMesh) -> Result<Self, String> {
+        let points = mesh.points().as_flattened();
+        let are_near = |values: &Vec<f64>| {
+            let off = values.iter().zip(points).map(|(value, point)| value - point);
+            let size = points.iter().map(|x| x * x).sum::<f64>();
+            off.map(|off| off * off).sum::<f64>() < NEAR_POINTS.powi(2) * size
+        };
+        match self.outputs.iter().find(|of| of.values.iter().all(are_near)) {
+            Some(Output { name, .. }) => Err(format!(
+                "the values of {name} are close to the points of the mesh in all runs: they are positions; give displacements, which are positions less these points"
+            )),
+            None => Ok(Self { mesh: Some(mesh), ..self }),
+        }
     }
 
     /// Runs by names and units of their parameters; `said` names a run in errors.
@@ -151,7 +171,17 @@ impl Runs {
                 ));
             }
         }
-        outputs.iter().try_for_each(|of| varied(&of.name, &of.values.concat()))?;
+        for Output { name, values, .. } in &outputs {
+            match &values[0][..] {
+                [_] => varied(name, &values.concat())?,
+                first if values.iter().all(|values| values == first) => {
+                    return Err(format!(
+                        "the vectors of {name} are the same in all runs; give displacements, which follow from the parameters"
+                    ));
+                }
+                _ => {}
+            }
+        }
         let mut seen = HashMap::new();
         for (run, theta) in thetas.iter().enumerate() {
             if theta.iter().any(|value| !value.is_finite()) {

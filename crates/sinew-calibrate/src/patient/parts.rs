@@ -54,6 +54,21 @@ impl<'p> Parts<'p> {
         Ok(())
     }
 
+    /// The body at rest and its phases in their order, up to the first without a stable equilibrium, and why that has none.
+    pub(super) fn reached(
+        &self,
+        theta: &[f64],
+        anchor: Option<&Anchor<'_>>,
+    ) -> Result<(PatientStates, Option<StateError>)> {
+        let unload = anchor.map_or(&self.unload, |anchor| &anchor.unload);
+        let mut unload = unload.fresh().map_err(sinew_fem::UnloadError::from)?;
+        let mut solve = Solve { parts: self, unload: &mut unload, theta };
+        let predicted = anchor.map(|anchor| anchor.predict(theta));
+        let rest = solve.rest(predicted.as_deref())?;
+        let (phases, end) = solve.phases_reached(&rest, predicted.as_deref());
+        Ok((PatientStates::of(rest, phases, Vec::new()), end))
+    }
+
     pub(super) fn solve(
         &self,
         theta: &[f64],
@@ -83,6 +98,17 @@ impl<'p> Parts<'p> {
     }
 }
 
+impl PatientStates {
+    fn of(rest: Rest, phases: Vec<Solution>, slopes: Vec<Vec<Vec<f64>>>) -> Self {
+        let mut moved = vec![vec![0.0; rest.motion.len()], rest.motion.clone()];
+        moved.extend(phases.iter().map(|phase| -> Vec<f64> {
+            phase.displacement.iter().zip(&rest.motion).map(|(u, w)| u + w).collect()
+        }));
+        let Rest { body, found, .. } = rest;
+        Self { rest: body, unloaded: found, phases, moved, slopes }
+    }
+}
+
 /// All states at one θ.
 struct Solve<'a, 'u> {
     parts: &'a Parts<'a>,
@@ -97,27 +123,24 @@ impl Solve<'_, '_> {
         let phases = match &predicted {
             Some(predicted) => {
                 let phase = |(index, predicted): (usize, &Vec<f64>)| {
-                    let near = predicted.iter().zip(&rest.motion).map(|(v, w)| v - w);
-                    self.phase(&rest, index, &near.collect::<Vec<_>>())
+                    self.phase(&rest, index, &difference(predicted, &rest.motion))
                 };
                 let predicted = predicted[FIRST_PHASE..].iter().enumerate();
                 predicted.map(phase).collect::<Result<Vec<_>, _>>()?
             }
             None => self.phases_in_order(&rest)?,
         };
-        for (name, found) in self.parts.phases.iter().zip(&phases) {
-            if found.negative_pivots > 0 {
-                let (phase, negative_pivots) = (name.clone(), found.negative_pivots);
-                return Err(StateError::Unstable { phase, negative_pivots });
-            }
-        }
+        phases.iter().enumerate().try_for_each(|(index, found)| self.stable(index, found))?;
         let slopes = if derivatives { self.slopes(&rest, &phases)? } else { Vec::new() };
-        let mut moved = vec![vec![0.0; rest.motion.len()], rest.motion.clone()];
-        moved.extend(phases.iter().map(|phase| -> Vec<f64> {
-            phase.displacement.iter().zip(&rest.motion).map(|(u, w)| u + w).collect()
-        }));
-        let Rest { body, found, .. } = rest;
-        Ok(PatientStates { rest: body, unloaded: found, phases, moved, slopes })
+        Ok(PatientStates::of(rest, phases, slopes))
+    }
+
+    fn stable(&self, index: usize, found: &Solution) -> Result<()> {
+        let (phase, negative_pivots) = (self.parts.phases[index].clone(), found.negative_pivots);
+        if negative_pivots > 0 {
+            return Err(StateError::Unstable { phase, negative_pivots });
+        }
+        Ok(())
     }
 
     fn rest(&mut self, predicted: Option<&[Vec<f64>]>) -> Result<Rest> {
@@ -139,16 +162,8 @@ impl Solve<'_, '_> {
 
     /// The phases one after the other, each from the state whose loads are nearest.
     fn phases_in_order(&self, rest: &Rest) -> Result<Vec<Solution>> {
-        let Self { parts, theta, .. } = self;
-        let thetas: Vec<_> = parts.phase_entries.iter().map(|e| values(e, theta)).collect();
-        let image = values(&parts.image_entries, theta);
-        let of_law = parts.image.material.parameters().len();
-        let mut unloaded = image.clone();
-        unloaded[of_law..].fill(0.0);
-        let mut known = vec![(unloaded, vec![0.0; rest.motion.len()])];
-        if parts.at_rest.is_none() {
-            known.push((image, rest.motion.iter().map(|w| -w).collect()));
-        }
+        let thetas = self.phase_thetas();
+        let mut known = self.known(rest);
         let mut found: Vec<Option<Solution>> = vec![None; thetas.len()];
         for _ in 0..thetas.len() {
             let open = (0..thetas.len()).filter(|&index| found[index].is_none());
@@ -161,6 +176,51 @@ impl Solve<'_, '_> {
             found[phase] = Some(solved);
         }
         Ok(found.into_iter().flatten().collect())
+    }
+
+    /// The phases in the order in which they were added, each from its prediction or the state whose loads are nearest, up to the first
+    /// without a stable equilibrium, and why it has none.
+    fn phases_reached(
+        &self,
+        rest: &Rest,
+        predicted: Option<&[Vec<f64>]>,
+    ) -> (Vec<Solution>, Option<StateError>) {
+        let (mut known, mut found) = (self.known(rest), Vec::new());
+        for (index, theta) in self.phase_thetas().into_iter().enumerate() {
+            let nearest = || {
+                let pairs = known.iter().map(|(at, u)| (apart(&theta, at), u));
+                pairs.min_by(|a, b| a.0.total_cmp(&b.0)).map_or_else(Vec::new, |(_, u)| u.clone())
+            };
+            let near = predicted.map(|all| difference(&all[FIRST_PHASE + index], &rest.motion));
+            let solved = self.phase(rest, index, &near.unwrap_or_else(nearest));
+            match solved.and_then(|solved| self.stable(index, &solved).map(|()| solved)) {
+                Ok(solved) => {
+                    known.push((theta, solved.displacement.clone()));
+                    found.push(solved);
+                }
+                Err(error) => return (found, Some(error)),
+            }
+        }
+        (found, None)
+    }
+
+    /// θ of the body in each phase.
+    fn phase_thetas(&self) -> Vec<Vec<f64>> {
+        self.parts.phase_entries.iter().map(|entries| values(entries, self.theta)).collect()
+    }
+
+    /// θ of the body with displacements from rest that are known before any phase: without loads, and in the image.
+    fn known(&self, rest: &Rest) -> Vec<(Vec<f64>, Vec<f64>)> {
+        let Self { parts, theta, .. } = self;
+        let image = values(&parts.image_entries, theta);
+        let of_law = parts.image.material.parameters().len();
+        let mut unloaded = image.clone();
+        unloaded[of_law..].fill(0.0);
+        let mut known = vec![(unloaded, vec![0.0; rest.motion.len()])];
+        if parts.at_rest.is_none() {
+            known.push((image, rest.motion.iter().map(|w| -w).collect()));
+        }
+        known
     }
 
     fn phase(&self, rest: &Rest, index: usize, near: &[f64]) -> Result<Solution> {
@@ -206,6 +266,10 @@ pub(super) fn values(entries: &[Entry], theta: &[f64]) -> Vec<f64> {
 fn directions(entries: &[Entry], theta: &[f64]) -> Vec<Vec<f64>> {
     let along = |parameter| entries.iter().map(|entry| entry.slope(theta, parameter)).collect();
     (0..theta.len()).map(along).collect()
+}
+
+fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
 /// Distance between two θ, each entry relative to its size.

@@ -3,6 +3,7 @@
 use crate::coordinates::{
     CoordinateError, Polynomial, Result, ensure, packed, require_count, require_finite,
 };
+use crate::predict::regression::principal;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -66,16 +67,11 @@ impl Factor {
 /// Directions in which simulations vary less than this part of the largest variation are left out: single
 /// precision holds no more.
 const SMALLEST_DEVIATION: f64 = 1e-7;
-/// Accuracy and sweeps of the singular values: nalgebra's default accuracy, and a bound that no matrix reaches.
-const DECOMPOSITION: (f64, usize) = (5.0 * f64::EPSILON, 10_000);
 pub(crate) const NO_DIRECTIONS: &str = "directions need two simulations that differ";
 
-/// Left singular vectors and singular values.
-fn decomposed(matrix: DMatrix<f64>) -> Result<(DMatrix<f64>, DVector<f64>)> {
-    let (accuracy, sweeps) = DECOMPOSITION;
-    let found = matrix.try_svd(true, false, accuracy, sweeps);
-    let found = found.and_then(|found| Some((found.u?, found.singular_values)));
-    found.ok_or(CoordinateError::None(NO_DIRECTIONS))
+/// [`principal`], or the refusal of simulations without directions.
+fn directions(matrix: &DMatrix<f64>) -> Result<(DMatrix<f64>, DVector<f64>)> {
+    principal(matrix).ok_or(CoordinateError::None(NO_DIRECTIONS))
 }
 
 impl PrincipalDirections {
@@ -110,14 +106,14 @@ impl PrincipalDirections {
         let mean = |i: usize| fields.iter().map(|field| field[i]).sum::<f64>() / count as f64;
         let mean: Vec<f64> = (0..size).map(mean).collect();
         let spread = DMatrix::from_fn(size, count, |i, j| fields[j][i] - mean[i]);
-        let (modes, deviations) = decomposed(spread.clone())?;
+        let (modes, deviations) = directions(&spread)?;
         ensure(deviations[0] != 0.0, CoordinateError::None(NO_DIRECTIONS))?;
         // All that follows happens in the space of the simulations.
         let floor = SMALLEST_DEVIATION * deviations[0];
         let kept = deviations.iter().take_while(|&&deviation| deviation > floor).count();
         let modes = modes.columns(0, kept).into_owned();
         let polynomial = Polynomial::fit(&modes.tr_mul(&spread).transpose(), parameters)?;
-        let (turn, left) = decomposed(polynomial.residual.transpose())?;
+        let (turn, left) = directions(&polynomial.residual.transpose())?;
         let start = &modes * &polynomial.constant;
         let modes = modes * &turn;
         let root = (count as f64).sqrt();

@@ -11,10 +11,13 @@
 //!    polynomial trends. Hyperparameters, and which of them is used, are decided by the leave-one-out error, which
 //!    all have in closed form. The modes are orthonormal, so that is an error of the field.
 
+mod design;
 mod interpolation;
 mod matrix;
 mod process;
 
+use design::WIDTH;
+pub(crate) use design::{Groups, doubts, levels, partitions};
 pub use interpolation::Interpolation;
 pub(crate) use process::{Conditional, Step, folds, steps};
 
@@ -23,7 +26,7 @@ use crate::sample::share_of;
 use crate::store::{content, read_json, read_table, write_json, write_table};
 use crate::{Error, RegressionError};
 use interpolation::{Fitted, fit_polynomial};
-use nalgebra::{DMatrix, DVector, RowDVector};
+use nalgebra::{DMatrix, DVector, RowDVector, SymmetricEigen};
 use process::{fit_evidence, fit_process, left_out};
 use serde::{Deserialize, Serialize};
 use sinew_energy::Parameter;
@@ -35,9 +38,13 @@ const DROPPED_ENERGY: f64 = 1e-14;
 /// Largest total degree of the polynomial. Lower ones are tried too, and only those with fewer coefficients than there
 /// are samples.
 const HIGHEST_DEGREE: usize = 4;
+/// Accuracy of eigenvalues, nalgebra's own, and sweeps that no matrix needs.
+const DECOMPOSITION: (f64, usize) = (5.0 * f64::EPSILON, 10_000);
 
 /// Parameters, a vector of their values for each sample, and a field for each.
 type Samples<'a> = (&'a [Parameter], &'a [Vec<f64>], &'a [Vec<f64>]);
+/// Errors of samples left out, with the deviations of the process there.
+type Errors = Vec<(f64, f64)>;
 /// A result whose error is that of a regression.
 type Result<T, E = RegressionError> = std::result::Result<T, E>;
 
@@ -98,23 +105,44 @@ impl PodRegression {
         })
     }
 
-    /// [`PodRegression::fit`] by the Gaussian process of largest evidence, with the norm of the error of each sample that is predicted
-    /// from others ([`folds`]), and [`PodRegression::deviation`] there. Samples are to be in random order.
+    /// [`PodRegression::fit`] by the Gaussian process of largest evidence. For each partition also the error of each sample that is
+    /// predicted from others, of fields its norm with what the modes lose, and [`PodRegression::deviation`] there. Samples are to be in
+    /// random order.
     ///
     /// # Errors
     /// As [`PodRegression::fit`].
     pub(crate) fn fit_evidence(
         samples: Samples<'_>,
+        partitions: &[Groups],
         step: &Step<'_>,
-    ) -> Result<(Self, Vec<(f64, f64)>)> {
+    ) -> Result<(Self, Vec<Errors>)> {
         let mut errors = None;
         let regression = Self::fit_by(samples, |points, coefficients| {
             let fitted = fit_evidence(points, coefficients, step);
-            errors =
-                fitted.as_ref().and_then(|fitted| left_out(points, coefficients, fitted, step));
+            let left =
+                |fitted: &Fitted, groups| left_out(points, coefficients, fitted, groups, step);
+            errors = fitted.as_ref().and_then(|fitted| {
+                partitions.iter().map(|groups| left(fitted, groups)).collect::<Option<Vec<_>>>()
+            });
             fitted.unwrap_or_else(|| fit_polynomial(points, coefficients, 0))
         })?;
-        Ok((regression, errors.ok_or(RegressionError::TooFewSamples { found: samples.2.len() })?))
+        let is_number = regression.modes.shape() == (1, 1);
+        let error = |(sample, left, deviation): (usize, RowDVector<f64>, f64)| {
+            let signed = || left[0] * regression.modes[(0, 0)];
+            let norm = || left.norm().hypot(regression.lost(&samples.2[sample]));
+            (if is_number { signed() } else { norm() }, deviation)
+        };
+        let errors = errors.ok_or(RegressionError::TooFewSamples { found: samples.2.len() })?;
+        let errors = errors.into_iter().map(|left| left.into_iter().map(error).collect());
+        let errors = errors.collect();
+        Ok((regression, errors))
+    }
+
+    /// Norm of what the modes lose of a field.
+    fn lost(&self, field: &[f64]) -> f64 {
+        let centred = DVector::from_column_slice(field) - &self.mean;
+        let told = self.modes.tr_mul(&centred);
+        (centred - &self.modes * told).norm()
     }
 
     /// Covariance of the samples; `None` without a Gaussian process.
@@ -206,13 +234,10 @@ fn inputs(parameters: &[Parameter], theta: &[f64]) -> RowDVector<f64> {
 }
 
 /// [`inputs`] at each of some θ, one per row.
-fn points(parameters: &[Parameter], thetas: &[Vec<f64>]) -> DMatrix<f64> {
+pub(crate) fn points(parameters: &[Parameter], thetas: &[Vec<f64>]) -> DMatrix<f64> {
     let rows = thetas.iter().map(|theta| inputs(parameters, theta));
     DMatrix::from_rows(&rows.collect::<Vec<_>>())
 }
-
-/// Width √12 of the uniform distribution of variance one.
-const WIDTH: f64 = 3.464_101_615_137_754_6;
 
 fn input(share: f64) -> f64 {
     WIDTH * (share - 0.5)
@@ -245,6 +270,22 @@ fn check_theta(sample: usize, parameters: &[Parameter], theta: &[f64]) -> Result
     }
 }
 
+/// Left singular vectors and singular values, by eigenvectors of the smaller Gram matrix: nalgebra's singular vectors are wrong where
+/// the rank is deficient. Orthonormal to rounding; values down to 1e-8 of the largest.
+pub(crate) fn principal(matrix: &DMatrix<f64>) -> Option<(DMatrix<f64>, DVector<f64>)> {
+    let (transposed, is_wide) = (matrix.transpose(), matrix.ncols() > matrix.nrows());
+    let gram = if is_wide { matrix * &transposed } else { &transposed * matrix };
+    let (accuracy, sweeps) = DECOMPOSITION;
+    let found = SymmetricEigen::try_new(gram, accuracy, sweeps)?;
+    let mut order: Vec<usize> = (0..found.eigenvalues.len()).collect();
+    order.sort_by(|&a, &b| found.eigenvalues[b].total_cmp(&found.eigenvalues[a]));
+    let vectors = found.eigenvectors.select_columns(&order);
+    let images = if is_wide { transposed * &vectors } else { matrix * &vectors };
+    let values = images.column_iter().map(|image| image.norm());
+    let values = DVector::from_iterator(order.len(), values);
+    Some((if is_wide { vectors } else { images.qr().q() }, values))
+}
+
 /// Mean of fields, orthonormal modes in columns, and coefficients of the modes, a row per sample: `field = mean + modes · coefficientsᵀ`.
 fn decompose(snapshots: &DMatrix<f64>) -> Result<(DVector<f64>, [DMatrix<f64>; 2])> {
     let mean = snapshots.column_mean();
@@ -256,10 +297,8 @@ fn decompose(snapshots: &DMatrix<f64>) -> Result<(DVector<f64>, [DMatrix<f64>; 2
         largest: snapshots.amax(),
     };
     ensure(centred.norm_squared().is_finite(), failed())?;
-    // nalgebra's own accuracy, and more sweeps than any matrix needs instead of no bound.
-    let svd = centred.clone().try_svd(true, false, 5.0 * f64::EPSILON, 10_000);
-    let svd = svd.ok_or_else(failed)?;
-    let energies: Vec<f64> = svd.singular_values.iter().map(|s| s * s).collect();
+    let (vectors, deviations) = principal(&centred).ok_or_else(failed)?;
+    let energies: Vec<f64> = deviations.iter().map(|s| s * s).collect();
     let allowed = DROPPED_ENERGY * energies.iter().sum::<f64>();
     let (mut dropped, mut kept) = (0.0, energies.len());
     // The rounding error of a zero singular value is not a mode, whatever the tolerance.
@@ -268,7 +307,7 @@ fn decompose(snapshots: &DMatrix<f64>) -> Result<(DVector<f64>, [DMatrix<f64>; 2
         kept -= 1;
         dropped += energies[kept];
     }
-    let modes = svd.u.ok_or_else(failed)?.columns(0, kept).into_owned();
+    let modes = vectors.columns(0, kept).into_owned();
     let coefficients = centred.tr_mul(&modes);
     Ok((mean, [modes, coefficients]))
 }

@@ -4,8 +4,8 @@
 use crate::estimate::evaluate::difference;
 use crate::parameters::extrapolation;
 use crate::recipe::progress::{Counter, Observer};
-use crate::refine::defects::{Defect, corrected, place};
-use crate::refine::plan::{Counted, FEW, Method, Plan};
+use crate::refine::defects::{Defect, corrected, is_finite, place};
+use crate::refine::plan::{Counted, FEW, Method, Plan, has_branches};
 use crate::refine::{Answer, confirmed, is_far};
 use crate::{Body, Emulator, Error, PodRegression, Result};
 use rayon::prelude::*;
@@ -82,11 +82,11 @@ impl Answers {
         let start = Instant::now();
         let mut counter = Counter::new(observer, "answer", 0, thetas.len());
         let (plan, counted) = Plan::quick(body, thetas, accuracy, emulator, &mut counter)?;
-        let expansion = match (plan.method(), counted) {
-            (Method::Expansion, Some(Counted { solver, displacement, .. })) => {
-                Some(Emulator::taylor_about(solver, &displacement, 1)?)
+        let (expansion, centre_jumped) = match (plan.method(), counted) {
+            (Method::Expansion, Some(Counted { solver, displacement, jumped, .. })) => {
+                (Some(Emulator::taylor_about(solver, &displacement, 1)?), jumped)
             }
-            _ => None,
+            _ => (None, false),
         };
         let emulator = match plan.method() {
             Method::Emulator => emulator,
@@ -98,7 +98,9 @@ impl Answers {
         if let Some(emulator) = emulator {
             let predict =
                 |theta: &Vec<f64>| Ok(emulator.predict(std::slice::from_ref(theta))?.displacement);
-            let guess = Guess { emulator, method: plan.method(), predict: &predict, accuracy };
+            let jumped = centre_jumped || has_branches(emulator);
+            let method = plan.method();
+            let guess = Guess { emulator, method, predict: &predict, accuracy, jumped };
             if thetas.len() >= MANY && thetas.len() * body.prescribed.len() >= MANY * LARGE {
                 found.grow(&guess, &mut counter)?;
             }
@@ -172,6 +174,15 @@ struct Guess<'a, 'b> {
     /// Displacement at θ.
     predict: &'a (dyn Fn(&Vec<f64>) -> Result<Vec<f64>> + Sync),
     accuracy: f64,
+    /// Whether its predictions descend from a solution of a body with several stable equilibria.
+    jumped: bool,
+}
+
+impl Guess<'_, '_> {
+    /// Whether other answers may be predicted from an answer: one that jumped would lead them to its branch, without a word.
+    fn learns_from(&self, answer: &Answer) -> bool {
+        self.jumped || !answer.has_jumped()
+    }
 }
 
 impl Found<'_> {
@@ -221,20 +232,26 @@ impl Found<'_> {
             for &case in cases {
                 let (start, theta) = (Instant::now(), &self.thetas[case]);
                 let place = place(self.body, theta);
+                let predicted = (guess.predict)(theta).ok();
+                let predicted = predicted.filter(|u| is_finite(&place) && is_finite(u));
                 // Rest in the place of a failed prediction.
-                let rest = |_| vec![0.0; self.body.prescribed.len()];
-                let predicted = (guess.predict)(theta).unwrap_or_else(rest);
-                let near = corrected(&predicted, &place, known.iter().chain(&own));
+                let near = match &predicted {
+                    Some(predicted) => corrected(predicted, &place, known.iter().chain(&own)),
+                    None => vec![0.0; self.body.prescribed.len()],
+                };
                 let mut answer = self.stepped(solver, &near, theta, &mut stepping)?;
                 if let Ok(answer) = &mut answer {
-                    own.push(Defect { place, field: difference(&answer.displacement, &predicted) });
+                    if let Some(predicted) = predicted.filter(|_| guess.learns_from(answer)) {
+                        let field = difference(&answer.displacement, &predicted);
+                        own.push(Defect { place, field });
+                    }
                     if answer.method != Method::Solver {
                         answer.method = guess.method;
                         answer.warnings.extend(extrapolation(self.body, theta));
                     }
                     answer.seconds = start.elapsed().as_secs_f64();
                 }
-                found.push((case, answer));
+                found.push((case, answer.map(|answer| answer.descended(guess.jumped))));
             }
             Ok((found, own))
         })
@@ -286,12 +303,12 @@ impl Found<'_> {
             stepping.held = Some(theta.to_vec());
             let found = solver.refine(&solved.displacement, theta, stop)?;
             if let Some(error) = found.error {
-                let Answer { steps, warnings, .. } = solved.into();
-                let answer = Answer::predicted(found.displacement, error, steps);
-                return Ok(Ok(Answer { warnings, ..answer }));
+                let answer = Answer::predicted(found.displacement, error, solved.iterations());
+                return Ok(Ok(answer.descended(solved.jumped)));
             }
         }
-        Ok(exact(solver, &solved.displacement, theta, solved.iterations()))
+        let found = exact(solver, &solved.displacement, theta, solved.iterations());
+        Ok(found.map(|answer| answer.descended(solved.jumped)))
     }
 
     /// Regression for many sets. It is fitted to accurate answers at some sets, refitted as their number doubles, and
@@ -300,7 +317,7 @@ impl Found<'_> {
         let guess = Guess { accuracy: (SHARP * guess.accuracy).max(SHARPEST), ..*guess };
         let first = self.spread(FIRST);
         self.confirm(&first, &guess, counter)?;
-        let (mut thetas, mut fields) = self.samples(&first);
+        let (mut thetas, mut fields) = self.samples(&first, &guess);
         let fitted = PodRegression::fit(&self.body.parameters, &thetas, &fields);
         let Ok(mut regression) = fitted else { return Ok(()) };
         while thetas.len() < MOST_LEARNED {
@@ -308,7 +325,7 @@ impl Found<'_> {
             let predict = |theta: &Vec<f64>| Ok(regression.predict(theta)?);
             let guess = Guess { method: Method::Regression, predict: &predict, ..guess };
             self.confirm(&next, &guess, counter)?;
-            let more = self.samples(&next);
+            let more = self.samples(&next, &guess);
             thetas.extend(more.0);
             fields.extend(more.1);
             let Ok(grown) = regression.refitted(&thetas, &fields) else { break };
@@ -327,11 +344,13 @@ impl Found<'_> {
         (0..count).map(|place| open[place * open.len() / count]).collect()
     }
 
-    /// Parameter sets and displacements of some answers.
-    fn samples(&self, cases: &[usize]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+    /// Parameter sets and displacements of the answers that a guess learns from.
+    fn samples(&self, cases: &[usize], guess: &Guess<'_, '_>) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
         let answers = cases.iter().filter_map(|&case| {
             let answer = self.answers[case].as_ref()?.as_ref().ok()?;
-            Some((self.thetas[case].clone(), answer.displacement.clone()))
+            let usable =
+                guess.learns_from(answer) && is_finite(&place(self.body, &self.thetas[case]));
+            usable.then(|| (self.thetas[case].clone(), answer.displacement.clone()))
         });
         answers.unzip()
     }

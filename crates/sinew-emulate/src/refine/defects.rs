@@ -24,7 +24,8 @@ pub(crate) fn place(body: &Body, theta: &[f64]) -> Vec<f64> {
 }
 
 /// A prediction with the simple kriging of the `defects` at its place added (Rasmussen & Williams, 2006, section 2.2). Their covariance
-/// `exp(x·y)` is that of polynomials whose coefficients of order n have the variance 1/n!.
+/// `exp(x·y)` is that of polynomials whose coefficients of order n have the variance 1/n!. Far outside of the ranges it overflows, and the
+/// prediction stays as it is.
 pub(crate) fn corrected<'a>(
     prediction: &[f64],
     at: &[f64],
@@ -48,5 +49,9 @@ pub(crate) fn corrected<'a>(
     for (weight, (_, defect)) in weights.iter().flatten().zip(&near) {
         sum.iter_mut().zip(&defect.field).for_each(|(u, d)| *u += weight * d);
     }
-    sum
+    if is_finite(&sum) { sum } else { prediction.to_vec() }
+}
+
+pub(crate) fn is_finite(values: &[f64]) -> bool {
+    values.iter().all(|value| value.is_finite())
 }

@@ -1,11 +1,14 @@
 //! The planner: many parameter sets to an accuracy, by the method that costs least.
 
+use crate::estimate::evaluate::difference;
 use crate::parameters::check_length;
 use crate::recipe::progress::{Counter, Observer};
 use crate::refine::{MOST_STEPS, check_accuracy, confirmed};
-use crate::{Body, Emulator, Result};
+use crate::sample::simulate::LARGEST_COMPARED;
+use crate::{Body, Emulator, Result, Warning};
 use serde::{Deserialize, Serialize};
-use sinew_fem::{CHAIN, Options, Solver};
+use sinew_energy::metrics::mean_and_largest;
+use sinew_fem::{CHAIN, LoadSteps, Options, Solution, Solver};
 
 /// Parameter sets below which no cost is measured, because measuring takes two solves. An emulator answers if there is one,
 /// else the solver.
@@ -21,6 +24,11 @@ const SWEPT: f64 = 4.0;
 
 /// Accuracy of the solution that an expansion is about, where an emulator predicts it first: far below the error of the expansion.
 const CENTRE: f64 = 1e-8;
+
+/// Mean distance of two equilibria of different branches at least [relative to the mean displacement]: far above what is left of either search.
+const OTHER: f64 = 1e-4;
+/// Residual of equilibria under a part of the load; the last is solved to rounding errors.
+const ON_THE_WAY: f64 = 1e-5;
 
 /// A method that can answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -190,6 +198,8 @@ pub(crate) struct Counted<'b> {
     pub solver: Solver<'b>,
     /// Displacement at the centre, node by node \[length\].
     pub displacement: Vec<f64>,
+    /// Whether it may be on another branch than that of a rising load, or its neighbours.
+    pub jumped: bool,
 }
 
 impl<'b> Counted<'b> {
@@ -202,24 +212,24 @@ impl<'b> Counted<'b> {
     ) -> Result<Option<Self>> {
         let (mut solver, options) = (Solver::new(body)?, Options::default());
         let solved = at_centre(&mut solver, emulator, counter)?;
-        let Some((centre, displacement)) = solved else { return Ok(None) };
+        let Some((centre, displacement, jumped)) = solved else { return Ok(None) };
         let Ok(near) = solver.solve_from(&displacement, theta, &options) else { return Ok(None) };
         let checked = solver.error_estimate(&near.displacement, theta)?;
         let step_s = checked.seconds / checked.newton_steps.max(1) as f64;
         let near = near.iterations() as f64;
         // A solve from rest may take fewer.
         let near = if emulator.is_none() { near.min(centre) } else { near };
-        Ok(Some(Self { near, centre, step_s, solver, displacement }))
+        Ok(Some(Self { near, centre, step_s, solver, displacement, jumped }))
     }
 }
 
 /// Newton steps taken and displacement at the centre of the ranges: from an emulator's prediction if steps from it
-/// contract, else from rest. `None` if there is no equilibrium.
+/// contract, else from rest; and whether it may be on another branch than that of a rising load. `None` if there is no equilibrium.
 fn at_centre(
     solver: &mut Solver<'_>,
     emulator: Option<&Emulator<'_>>,
     counter: &mut Counter<'_>,
-) -> Result<Option<(f64, Vec<f64>)>> {
+) -> Result<Option<(f64, Vec<f64>, bool)>> {
     let centre = solver.body().centre();
     let mut steps = 0.0;
     if let Some(emulator) = emulator {
@@ -229,7 +239,7 @@ fn at_centre(
             let (found, taken) = confirmed(solver, &predicted.displacement, &centre, within)?;
             steps += taken as f64;
             if let Some(found) = found {
-                return Ok(Some((steps, found.displacement)));
+                return Ok(Some((steps, found.displacement, has_branches(emulator))));
             }
         }
     }
@@ -238,5 +248,29 @@ fn at_centre(
         let _ = counter.within(|| state.in_words());
     };
     let solved = solver.solve_watched(&centre, &Options::default(), &mut watch);
-    Ok(solved.ok().map(|found| (steps + found.iterations() as f64, found.displacement)))
+    let Ok(found) = solved else { return Ok(None) };
+    let steps = steps + found.iterations() as f64;
+    let (displacement, jumped) = risen(solver, found);
+    Ok(Some((steps, displacement, jumped)))
+}
+
+/// Whether an emulator learnt from solutions that a rising load does not lead to.
+pub(crate) fn has_branches(emulator: &Emulator<'_>) -> bool {
+    let branches = |warning: &Warning| matches!(warning, Warning::SeveralEquilibria { .. });
+    emulator.record.warnings.iter().any(branches)
+}
+
+/// The equilibrium of a rising load in the place of one that jumped, where there is one and the body is not too large for it; and whether
+/// the rising load jumped too, led elsewhere, or was not tried.
+fn risen(solver: &mut Solver<'_>, found: Solution) -> (Vec<f64>, bool) {
+    if !found.jumped || solver.unknowns() > LARGEST_COMPARED {
+        return (found.displacement, found.jumped);
+    }
+    let (load_steps, accuracy) = (LoadSteps::Always, ON_THE_WAY);
+    let rising = Options { load_steps, accuracy, ..Options::default() };
+    let Ok(risen) = solver.solve(&found.theta, &rising) else { return (found.displacement, true) };
+    let mean = |u: &[f64]| mean_and_largest(u)[0];
+    let apart = mean(&difference(&risen.displacement, &found.displacement));
+    let elsewhere = apart > OTHER * mean(&risen.displacement);
+    (risen.displacement, risen.jumped || elsewhere)
 }

@@ -1,6 +1,8 @@
 //! Samples that are solved together, and what is stored of them on the way.
 
-use crate::sample::simulate::{Failure, MOST_COMPARED, Simulations, alike, read, store};
+use crate::sample::simulate::{
+    Failure, LARGEST_COMPARED, MOST_COMPARED, Simulations, alike, read, store,
+};
 use crate::store::identity::Identity;
 use crate::{Body, Result};
 use sinew_fem::{CHAIN, Earlier, Options, Solution, SolveError, Solver, neighbours};
@@ -143,12 +145,12 @@ impl<'a> Block<'a> {
     /// All results in the order of the samples, those of several equilibria compared with the one that a rising load leads to.
     pub(crate) fn close(mut self, body: &Body, compare: bool) -> Result<Simulations> {
         self.jumped.sort_by_key(|&(index, _)| index);
-        let [branched, jumped] =
+        let ([branched, jumped], compared) =
             if compare { branches(body, &self.jumped)? } else { <_>::default() };
         let late = self.jumped.drain(..).map(|(index, solution)| (index, Ok(outcome(solution))));
         self.found.extend(late);
         self.found.sort_by_key(|&(index, _)| index);
-        Ok(Simulations { branched, jumped, ..self.simulations() })
+        Ok(Simulations { branched, jumped, compared, ..self.simulations() })
     }
 
     /// Removes what was stored on the way, once the block is stored itself.
@@ -162,19 +164,26 @@ fn outcome(solution: Solution) -> (Vec<f64>, Vec<f64>, f64) {
     (solution.displacement, solution.pressure, solution.seconds)
 }
 
-/// Parameters of solutions beside which a rising load leads to another one, and of all that were not shown to be its own.
-fn branches(body: &Body, jumped: &[(usize, Solution)]) -> Result<[Vec<Vec<f64>>; 2]> {
-    let [mut branched, mut open] = [Vec::new(), Vec::new()];
+/// Parameters of solutions beside which a rising load leads to another one, and of all that were not shown to be its own; and how many were
+/// compared.
+fn branches(body: &Body, jumped: &[(usize, Solution)]) -> Result<([Vec<Vec<f64>>; 2], usize)> {
+    let ([mut branched, mut open], mut agreed) = ([Vec::new(), Vec::new()], 0);
     let mut solver = if jumped.is_empty() { None } else { Some(Solver::new(body)?) };
     for (place, (_, solution)) in jumped.iter().enumerate() {
-        let compared = solver.as_mut().filter(|_| place < MOST_COMPARED);
+        let compared = solver
+            .as_mut()
+            .filter(|solver| place < MOST_COMPARED && solver.unknowns() <= LARGEST_COMPARED);
         // Where no rising load arrives, there is nothing to compare with.
         match compared.map(|solver| solver.under_rising_load(solution, &Options::default())) {
-            Some(Ok(None)) => continue,
+            Some(Ok(None)) => {
+                agreed += 1;
+                continue;
+            }
             Some(Ok(Some(_))) => branched.push(solution.theta.clone()),
             _ => {}
         }
         open.push(solution.theta.clone());
     }
-    Ok([branched, open])
+    let compared = branched.len() + agreed;
+    Ok(([branched, open], compared))
 }

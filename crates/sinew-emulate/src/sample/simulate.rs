@@ -17,8 +17,10 @@ use std::sync::{Mutex, PoisonError};
 /// numbers of an uninterrupted one; so does one within a block, but for chains of neighbours that took long (see `block.rs`).
 const BLOCK: usize = 100;
 
-/// Solutions of a block that are compared with that of a rising load, which costs another solve each.
+/// Solutions of a block that are compared with that of a rising load, which costs two more solves each; of larger bodies than
+/// [`LARGEST_COMPARED`], in unknowns, none is.
 pub const MOST_COMPARED: usize = 5;
+pub(crate) const LARGEST_COMPARED: usize = 500_000;
 
 /// Parameters with their equilibria.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -32,8 +34,10 @@ pub struct Simulations {
     /// Samples that have no solution.
     pub failures: Vec<Failure>,
     /// Parameters at which a rising load leads to another stable equilibrium than the solution. At most [`MOST_COMPARED`]
-    /// solutions of a hundred samples are compared: those whose search met an indefinite stiffness.
+    /// solutions of a hundred samples are compared, of bodies with more than 500 000 unknowns none: those whose search met an indefinite stiffness.
     pub branched: Vec<Vec<f64>>,
+    /// Number of solutions that were compared. Not stored.
+    pub compared: usize,
     /// Parameters whose solution may be on another branch than that of a rising load: those of `branched`, and those that were not
     /// compared. Not stored.
     pub jumped: Vec<Vec<f64>>,
@@ -105,6 +109,7 @@ impl Simulations {
         self.failures.extend(more.failures);
         self.branched.extend(more.branched);
         self.jumped.extend(more.jumped);
+        self.compared += more.compared;
         self.solve_seconds.extend(more.solve_seconds);
         self.seconds += more.seconds;
     }

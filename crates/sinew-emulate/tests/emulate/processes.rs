@@ -222,3 +222,58 @@ fn intervals_from_samples_left_out_hold_for_unseen_ones_of_a_smooth_function() {
     let ratio = mean_square.sqrt() / emulator.left_out()[0].error;
     assert!(ratio < 1.5, "{ratio} of the error stated");
 }
+
+/// Emulator of a number of runs, and the root mean square of its true errors over the box.
+fn stated_and_true(thetas: &[Vec<f64>], value: impl Fn(&[f64]) -> f64) -> (RunsEmulator, f64) {
+    let parameters: Vec<_> = ["a", "b", "c"][..thetas[0].len()]
+        .iter()
+        .map(|&name| Parameter::linear(name, "1", 0.0..=1.0))
+        .collect();
+    let unseen = Design::Uniform.sample(&parameters, 300, 9).unwrap();
+    let values = thetas.iter().map(|theta| vec![value(theta)]).collect();
+    let output = Output { name: "v".into(), unit: "1".into(), values };
+    let emulator = RunsEmulator::fit(parameters, thetas, &[output], None, &mut ()).unwrap();
+    let off = |theta: &Vec<f64>| emulator.predict(theta).unwrap()[0].values[0] - value(theta);
+    let square = unseen.iter().map(|theta| off(theta).powi(2)).sum::<f64>() / 300.0;
+    (emulator, square.sqrt())
+}
+
+#[test]
+fn designs_whose_runs_lie_together_state_errors_of_groups_or_warn() {
+    let random = |count, variables: usize, seed| {
+        let parameters = vec![Parameter::linear("a", "1", 0.0..=1.0); variables];
+        Design::Uniform.sample(&parameters, count, seed).unwrap()
+    };
+    // 12 pairs of two parameters, each with 15 values of a third.
+    let third = |pair: Vec<f64>| (0..15).map(move |k| vec![pair[0], pair[1], k as f64 / 14.0]);
+    let pairs: Vec<_> = random(12, 2, 1).into_iter().flat_map(third).collect();
+    let waves = |t: &[f64]| t[2] * (5.0 * t[0] + 3.0 * t[1]).sin() + (6.0 * t[1]).cos();
+    let (emulator, truth) = stated_and_true(&pairs, waves);
+    assert!(emulator.left_out()[0].error > 0.5 * truth, "{:?} {truth}", emulator.left_out());
+    // Twins.
+    let twin = |t: &Vec<f64>| t.iter().map(|x| x + 1e-6 * (1e3 * x).sin()).collect();
+    let mut twins = random(15, 2, 2);
+    twins.extend(twins.iter().map(twin).collect::<Vec<_>>());
+    let (emulator, truth) = stated_and_true(&twins, |t| (6.0 * t[0]).sin() * (4.0 * t[1]).cos());
+    assert!(emulator.left_out()[0].error > 0.5 * truth, "{:?} {truth}", emulator.left_out());
+    assert!(emulator.warnings.is_empty(), "{:?}", emulator.warnings);
+
+    let line = |k: usize| 0.1 * k as f64;
+    let alone = (0..11).map(|k| vec![line(k), 0.5]);
+    let alone = alone.chain((0..11).filter(|&k| k != 5).map(|k| vec![0.5, line(k)])).collect();
+    let corners = (0..8).map(|k| (0..3).map(|d| f64::from(u8::from(k >> d & 1 == 1))).collect());
+    let square = random(30, 1, 3).into_iter().map(|t| vec![t[0], t[0] * t[0]]).collect();
+    let designs: [(Vec<Vec<f64>>, &str); 3] = [
+        (alone, "how a and b act together"),
+        (corners.collect(), "a has 2 values only"),
+        (square, "follows from the other parameters"),
+    ];
+    for (thetas, doubt) in designs {
+        let (emulator, _) = stated_and_true(&thetas, |t| (2.0 * t[0]).exp() + t[0] * t[1]);
+        assert!(emulator.warnings.iter().any(|said| said.contains(doubt)), "{doubt}");
+        let folder = tempfile::tempdir().unwrap();
+        emulator.save(folder.path()).unwrap();
+        let stored = RunsEmulator::load(folder.path()).unwrap();
+        assert_eq!(stored.warnings, emulator.warnings);
+    }
+}

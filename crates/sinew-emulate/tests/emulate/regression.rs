@@ -1,7 +1,7 @@
 //! Regression on few simulations: families of fields that it must reproduce, and samples that it must refuse.
 
 use crate::spread::{parameters, points};
-use sinew_emulate::{Interpolation, PodRegression, RegressionError};
+use sinew_emulate::{Design, Interpolation, PodRegression, RegressionError, RegressionParts};
 
 /// A clamped beam's deflection in form: stiffness in the denominator, and some coupling.
 fn smooth(theta: &[f64]) -> Vec<f64> {
@@ -65,6 +65,35 @@ fn a_cubic_family_is_recognised() {
     for (truth, guess) in field(&theta).iter().zip(guess) {
         // A dropped share of 1e-12 of the energy is 1e-6 of the field, at most.
         assert!((truth - guess).abs() < 2e-6, "{truth} {guess}");
+    }
+}
+
+#[test]
+fn fields_of_exact_rank_one_and_two_are_kept_whole() {
+    let parameters = parameters(2, 1.0, 3.0);
+    for (rank, seed) in (1..=2).flat_map(|rank| (0..40).map(move |seed| (rank, seed))) {
+        let thetas = Design::Uniform.sample(&parameters, 25, seed).unwrap();
+        let value = |theta: &Vec<f64>, node: usize| {
+            let x = node as f64;
+            // Rows of zeros, as of displacements in a plane.
+            let bent = if node % 3 == 2 { x * x / theta[0] } else { 0.0 };
+            bent + if rank == 2 { x * theta[1] } else { 0.0 }
+        };
+        let field = |theta: &Vec<f64>| (0..135).map(|node| value(theta, node)).collect();
+        let fields: Vec<Vec<f64>> = thetas.iter().map(field).collect();
+        let pod = PodRegression::fit_polynomial(&parameters, &thetas, &fields, 4).unwrap();
+        assert_eq!(pod.modes(), rank);
+        let RegressionParts { mean, modes, .. } = pod.parts();
+        let size = fields.iter().flatten().fold(0.0, |most: f64, u| most.max(u.abs()));
+        for field in &fields {
+            let apart: Vec<f64> = field.iter().zip(mean).map(|(u, mean)| u - mean).collect();
+            let along = |mode: &[f64]| mode.iter().zip(&apart).map(|(m, u)| m * u).sum::<f64>();
+            let told: Vec<f64> = modes.iter().map(|mode| along(mode)).collect();
+            for (node, u) in apart.iter().enumerate() {
+                let found: f64 = modes.iter().zip(&told).map(|(mode, c)| c * mode[node]).sum();
+                assert!((u - found).abs() < 1e-10 * size, "rank {rank}, seed {seed}: {u} {found}");
+            }
+        }
     }
 }
 

@@ -53,7 +53,7 @@ fn solutions_that_a_rising_load_does_not_lead_to_are_named() {
             cases.iter().map(|&case| thetas[case].clone()).collect()
         };
         let others: Vec<usize> = compared.iter().filter(is_other).copied().collect();
-        assert_eq!(found.branched, of(&others));
+        assert_eq!((&found.branched, found.compared), (&of(&others), compared.len()));
         // Those that are not compared stay open.
         assert_eq!(found.jumped, of(&[&others[..], rest].concat()));
         open += rest.len();

@@ -138,6 +138,58 @@ fn sets_without_an_equilibrium_are_told_and_the_others_answered() {
 }
 
 #[test]
+fn a_set_without_a_prediction_is_solved_and_spoils_no_other() {
+    // A pressure over whose logarithm samples are taken may be zero, or pull.
+    let scene = Scene::new(TruncatedEllipsoid::LAND.wall([1, 8, 4]).tetrahedra(), NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 5.0..=10.0))
+        .parameter(Parameter::log("lambda", "kPa", 8.0..=15.0))
+        .parameter(Parameter::log("p", "kPa", 0.05..=0.5))
+        .load(Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(2) })
+        .support(Support::clamped("base"));
+    let body = scene.lower().unwrap();
+    let mut thetas = Design::LatinHypercube.sample(&body.parameters, 9, 1).unwrap();
+    (thetas[2][2], thetas[6][2]) = (-0.2, 0.0);
+    let found = Answers::to(&body, &thetas, 1e-3, None, &mut ()).unwrap();
+    assert_eq!(found.plan.method(), Method::Expansion);
+    for (case, (theta, answer)) in thetas.iter().zip(&found.answers).enumerate() {
+        let answer = answer.as_ref().unwrap();
+        if case == 6 {
+            assert!(answer.displacement.iter().all(|u| u.abs() < 1e-9));
+        } else {
+            assert!(true_error(&body, theta, &answer.displacement) <= 1e-3, "{case}");
+        }
+    }
+}
+
+#[test]
+fn answers_on_another_branch_than_that_of_a_rising_load_are_marked() {
+    // A column beyond the load at which it buckles, to the side on which the lid presses.
+    let column = Scene::new(box_tetrahedra([20.0, 4.0, 4.0], [8, 2, 2]), NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 2.0..=50.0))
+        .parameter(Parameter::log("lambda", "kPa", 10.0..=50.0))
+        .parameter(Parameter::linear("q", "kPa", -0.02..=0.05))
+        .load(Load::Traction { facets: "x_max".into(), value: [-0.9, 0.0, 0.0] })
+        .load(Load::CavityPressure { facets: "z_min".into(), magnitude: Magnitude::Theta(2) })
+        .support(Support::clamped("x_min"));
+    let body = column.lower().unwrap();
+    let sides = [-0.02, -0.01, 0.01, 0.02];
+    let thetas: Vec<Vec<f64>> =
+        [3.0, 6.0, 12.0].iter().flat_map(|&mu| sides.map(|q| vec![mu, 20.0, q])).collect();
+    let found = Answers::to(&body, &thetas, 1e-3, None, &mut ()).unwrap();
+    let (mut solver, options) = (Solver::new(&body).unwrap(), Options::default());
+    let mut elsewhere = 0;
+    for (theta, answer) in thetas.iter().zip(&found.answers) {
+        let answer = answer.as_ref().unwrap();
+        let there = solver.solve_from(&answer.displacement, theta, &options).unwrap();
+        if solver.under_rising_load(&there, &options).unwrap().is_some() {
+            elsewhere += 1;
+            assert!(answer.has_jumped(), "{theta:?}");
+        }
+    }
+    assert!(elsewhere > 0, "no answer is on another branch");
+}
+
+#[test]
 fn a_tolerance_that_makes_no_sense_is_refused() {
     let body = bar();
     for accuracy in [0.0, -1.0, f64::NAN, 1e-12, 0.9] {

@@ -84,8 +84,9 @@ fn curve_block(curve: &Curve, prepared: &Prepared, posterior: &Posterior) -> Blo
     }
     let measured = measured(prepared, posterior, &curve.cavity);
     chart = chart.with(Series::new("measured", Style::Points, measured));
+    let end = curve.end.as_ref().map_or(String::new(), |end| format!("; {end}"));
     let caption =
-        format!("Pressures and volumes, solved at {} draws of the posterior.", curve.draws);
+        format!("Pressures and volumes, solved at {} draws of the posterior{end}.", curve.draws);
     Block::charts("Pressure–volume curve", caption, [chart])
 }
 

@@ -155,10 +155,16 @@ pub fn doubtful_displacements(body: &Body, fields: &[&[f64]]) -> Vec<String> {
 /// Warning about solutions that a rising load does not lead to; `cure` raises the load step by step.
 pub fn branched_in_words(body: &Body, found: &Simulations, cure: &str) -> Option<String> {
     let first = theta_in_words(body, found.branched.first()?);
-    let (count, all) = (found.branched.len(), found.fields.len());
+    let Simulations { branched, jumped, compared, fields, .. } = found;
+    let (count, all) = (branched.len(), fields.len());
+    let among = if *compared > 0 { format!("the {compared} compared") } else { all.to_string() };
+    let open = match jumped.len().saturating_sub(count) {
+        0 => String::new(),
+        open => format!("; {open} others, which were not compared, may not be either"),
+    };
     Some(format!(
-        "{count} of {all} solutions are not those that a rising load leads to, the first at {first}: the body has several stable equilibria; {cure} \
-         raises the load step by step"
+        "{count} of {among} solutions are not those that a rising load leads to, the first at {first}{open}: the body has several stable equilibria; \
+         {cure} raises the load step by step"
     ))
 }
 

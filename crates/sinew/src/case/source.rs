@@ -28,7 +28,7 @@ impl Source {
     pub(crate) fn error(&self, keys: &[&str], reason: String) -> CaseError {
         CaseError::Key {
             file: self.file.clone(),
-            line: self.line_of(keys).filter(|_| !self.unseen),
+            line: self.line_of(keys),
             key: keys.join("."),
             reason,
         }
@@ -72,9 +72,10 @@ impl Source {
         1 + self.text.bytes().take(byte).filter(|&byte| byte == b'\n').count()
     }
 
-    /// Line of the last of the keys that there is.
-    fn line_of(&self, keys: &[&str]) -> Option<usize> {
-        let root = DeTable::parse(&self.text).ok()?.into_inner();
+    /// Line of the last of the keys that there is, where its user sees it.
+    pub(crate) fn line_of(&self, keys: &[&str]) -> Option<usize> {
+        let text = (!self.unseen).then_some(&self.text)?;
+        let root = DeTable::parse(text).ok()?.into_inner();
         let (first, rest) = keys.split_first()?;
         let (key, mut value) = root.iter().find(|(key, _)| key.get_ref() == first)?;
         let mut start = key.span().start;

@@ -78,11 +78,12 @@ impl Dimension {
     pub(crate) fn sized(&self, text: &str) -> Result<f64, String> {
         let (number, unit) = number_and_unit(text);
         let value: Option<f64> = number.parse().ok().filter(|value: &f64| value.is_finite());
-        let example = self.units[0].0;
-        let value = value.ok_or_else(|| {
-            format!("`{text}` is not a number with a unit, such as \"8 {example}\"")
-        })?;
+        let value = value.ok_or_else(|| self.unread(text))?;
         Ok(value * self.unit(unit)?.1)
+    }
+
+    fn unread(&self, text: &str) -> String {
+        format!("`{text}` is not a number with a unit, such as \"8 {}\"", self.units[0].0)
     }
 
     fn find(&self, unit: &str) -> Option<(&'static str, f64)> {
@@ -121,10 +122,13 @@ pub(crate) fn number_and_unit(text: &str) -> (&str, &str) {
     (number.trim(), unit.trim())
 }
 
-/// A number with a unit of stress, such as `"8 mmHg"` \[kPa\]; `None` when it does not begin with a number.
+/// A number with a unit of stress, such as `"8 mmHg"` \[kPa\]; `None` for a name, which does not begin as a number does.
 pub(super) fn quantity(text: &str) -> Option<Result<f64, String>> {
     let (number, unit) = number_and_unit(text);
-    let value: f64 = number.parse().ok()?;
+    let Ok(value) = number.parse::<f64>() else {
+        let is_name = text.trim().starts_with(|c: char| !(c.is_ascii_digit() || "+-.".contains(c)));
+        return (!is_name).then(|| Err(STRESS.unread(text)));
+    };
     let unit = if unit.is_empty() { "kPa" } else { unit };
     Some(stress(unit).map(|unit| unit.in_scene(value)))
 }

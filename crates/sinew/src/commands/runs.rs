@@ -100,6 +100,7 @@ pub(crate) fn predict(
     pictures: usize,
 ) -> Result<()> {
     let emulator = RunsEmulator::load(folder)?;
+    warn(&emulator.warnings);
     let thetas = theta.of(&emulator.parameters)?;
     tell_outside(&emulator.parameters, &thetas);
     let predict = |theta: Vec<f64>| Ok((theta.clone(), emulator.predict(&theta)?));

@@ -153,17 +153,35 @@ impl PatientFile {
         phases: &Phases,
         segments: Option<&Segments>,
     ) -> Result<(Vec<Observable>, Vec<Datum>)> {
-        let (mut observables, mut data) = (Vec::new(), Vec::new());
-        for (number, entry) in self.tables.data.iter().enumerate() {
-            let number = number.to_string();
-            let reader = Reader { file: self, number, entry, body, phases, segments };
+        let (mut observables, mut data, mut entries) = (Vec::new(), Vec::new(), Vec::new());
+        for (at, entry) in self.tables.data.iter().enumerate() {
+            let number = at.to_string();
+            let reader =
+                Reader { file: self, number: number.clone(), entry, body, phases, segments };
             for (observable, value) in reader.observables()? {
+                let same = observables.iter().position(|other| *other == observable);
+                self.refuse_twice(&number, &observable, same.map(|place| entries[place]))?;
                 let datum = reader.datum(&observable, value, observables.len())?;
                 observables.push(observable);
+                entries.push(at);
                 data.push(datum);
             }
         }
         Ok((observables, data))
+    }
+
+    /// Refuses an entry of what another entry measures already: each copy would count as a measurement of its own.
+    fn refuse_twice(&self, number: &str, seen: &Observable, other: Option<usize>) -> Result<()> {
+        let (source, key) = (&self.case.source, other.unwrap_or_default().to_string());
+        source.refuse_if(other.is_some(), &["data", number], || {
+            let at = match source.line_of(&["data", &key]) {
+                Some(line) => format!("line {line}"),
+                None => format!("entry {key} of the data"),
+            };
+            format!(
+                "`{seen}` is measured on {at} already; keep one, or give the mean of repeated measurements with its standard deviation"
+            )
+        })
     }
 
     fn unknowns(&self, body: &Body, phases: &Phases) -> Result<Vec<Unknown>> {

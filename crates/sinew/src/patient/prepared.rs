@@ -5,6 +5,7 @@ use sinew_calibrate::{
     Observable, Patient, PatientBuilder, Problem, Segments, Setting, Unknown, WallCoordinates,
 };
 use sinew_energy::Body;
+use sinew_report::format::trimmed;
 use std::collections::BTreeMap;
 
 /// Name of the factor of all uncertain pressures.
@@ -85,14 +86,14 @@ impl Prepared {
         let found = self.pressures.iter().find(|(facets, _)| facets == cavity);
         let (_, name) = found.ok_or_else(|| format!("no pressure of {cavity} is a parameter"))?;
         let image = self.phases.get(IMAGE).cloned().unwrap_or_default();
-        let phase = |(number, pressure): (usize, &f64)| {
+        let phase = |pressure: &f64| {
             let mut values = image.clone();
             values.insert(name.clone(), *pressure);
-            (format!("curve {number}"), values)
+            (format!("{} kPa", trimmed(*pressure, 4)), values)
         };
         let mut builder = self.base();
         builder = builder.image(self.settings(IMAGE, &image));
-        for (phase, values) in pressures.iter().enumerate().map(phase) {
+        for (phase, values) in pressures.iter().map(phase) {
             let plain = values.into_iter().map(|(name, value)| (name, Setting::from(value)));
             builder = builder.phase(&phase, plain.collect::<Vec<_>>());
             builder = builder.observe(Observable::volume(cavity, phase.as_str()));

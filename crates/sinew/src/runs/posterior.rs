@@ -3,7 +3,7 @@
 use crate::case::advise;
 use crate::report::format::digits;
 use crate::theta::values_in_words;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
@@ -17,9 +17,11 @@ use statrs::distribution::{Continuous, ContinuousCDF, Normal};
 use std::f64::consts::TAU;
 use std::sync::{Mutex, PoisonError};
 
-/// Draws of the prior that searches for a mode start from, at the likeliest [`STARTS`].
-const PRIOR_DRAWS: usize = 200;
-const STARTS: usize = 8;
+/// Draws of the prior that searches for a mode start from, at [`STARTS`] of them: the likeliest, then each time the likeliest that is
+/// [`SPREAD`] from those before \[prior standard deviations\]. The likeliest alone may all climb one mode.
+const PRIOR_DRAWS: usize = 400;
+const STARTS: usize = 16;
+const SPREAD: f64 = 0.3;
 /// Steps of a search, and the gain of the log density that ends it.
 const STEPS: usize = 100;
 const CONVERGED: f64 = 1e-6;
@@ -51,7 +53,7 @@ pub struct Measured {
 }
 
 /// Draws of parameters given measured values. The prior is uniform over the ranges of the runs, over their logarithm for
-/// parameters that are spread over it. The variances of measurement and emulator are added. No solver confirms it.
+/// parameters that are spread over it. The covariance of the emulator's errors is added to the variances of the measurements. No solver confirms it.
 ///
 /// ```
 /// use sinew::emulate::{Output, RunsEmulator};
@@ -74,6 +76,8 @@ pub struct RunsPosterior {
     pub draws: Chains,
     /// Outputs of the data by chain and draw, each before its standard deviation by the emulator.
     outputs: Chains,
+    /// Logarithm of the likelihood of each datum by chain and draw.
+    log_likelihoods: Chains,
     /// Parameters in coordinates whose prior is standard normal.
     coordinates: Chains,
     /// Reasons for mistrust.
@@ -106,7 +110,8 @@ impl RunsPosterior {
         let chains = CalibrateError::NoPosterior;
         let nowhere = "the density is not finite anywhere in the prior";
         let (best, precision) = modes.first().ok_or_else(|| chains(nowhere.into()))?;
-        let mut warnings = target.judge(best).map_err(CalibrateError::Input)?;
+        let mut warnings = emulator.warnings.clone();
+        warnings.extend(target.judge(best).map_err(CalibrateError::Input)?);
         let about = Laplace::from_precision(best, precision.clone())?;
         let starts: Vec<_> = modes.iter().map(|(y, _)| y.clone()).collect();
         let options = NutsOptions { chains: options.chains.max(starts.len()), ..*options };
@@ -120,9 +125,11 @@ impl RunsPosterior {
         let values =
             |y: &[f64]| target.at(y).iter().flat_map(|of| [of.value, of.deviation]).collect();
         let left = emulator.left_out();
+        let outputs = coordinates.mapped(values);
         Ok(Self {
+            log_likelihoods: outputs.mapped(|outputs| target.log_likelihoods(outputs)),
+            outputs,
             errors: target.at(best).iter().map(|of| of.deviation).collect(),
-            outputs: coordinates.mapped(values),
             draws: coordinates.mapped(|y| target.theta(y)),
             warnings,
             data: data.to_vec(),
@@ -164,8 +171,8 @@ impl RunsPosterior {
         heads.map(|(place, head)| (head.clone(), self.draws.parameter(place))).collect()
     }
 
-    /// Groups for `arviz`: parameters and outputs of the posterior, the data, and the likelihood of each, whose variance is that of measurement and
-    /// emulator.
+    /// Groups for `arviz`: parameters and outputs of the posterior, the data, and the likelihood of each given the others,
+    /// with errors of measurement and emulator.
     pub fn to_arviz(&self) -> ArvizDict {
         let columns = self.columns().into_iter();
         let mut dict = columns
@@ -176,15 +183,8 @@ impl RunsPosterior {
             dict = dict.with_observed(&head, datum.value);
         }
         let labels = self.data.iter().zip(&self.units).map(|(d, unit)| unit.head(&d.output));
-        let one = |(datum, [value, deviation]): (&Measured, &[f64; 2])| {
-            let variance = datum.sd.powi(2) + deviation.powi(2);
-            -0.5 * ((TAU * variance).ln() + (datum.value - value).powi(2) / variance)
-        };
-        let draw = |outputs: &Vec<f64>| -> Vec<f64> {
-            self.data.iter().zip(outputs.as_chunks().0).map(one).collect()
-        };
-        let chains = self.outputs.draws.iter().map(|chain| chain.iter().map(draw).collect());
-        dict.with_log_likelihood(labels.collect(), chains.collect())
+        let chains = self.log_likelihoods.draws.clone();
+        dict.with_log_likelihood(labels.collect(), chains)
     }
 }
 
@@ -194,6 +194,8 @@ struct Target<'a> {
     data: &'a [Measured],
     /// Places of the data among the outputs.
     places: Vec<usize>,
+    /// Correlation of the emulator's errors of the data.
+    correlation: DMatrix<f64>,
     normal: Normal,
 }
 
@@ -223,8 +225,10 @@ impl<'a> Target<'a> {
                 format!("there is no output `{output}`{advice}")
             })
         };
-        let places = data.iter().map(place).collect::<Result<_, _>>()?;
-        Ok(Self { emulator, data, places, normal: Normal::standard() })
+        let places: Vec<usize> = data.iter().map(place).collect::<Result<_, _>>()?;
+        let correlation = |i: usize, j: usize| emulator.correlation(places[i], places[j]);
+        let correlation = DMatrix::from_fn(data.len(), data.len(), correlation);
+        Ok(Self { emulator, data, places, correlation, normal: Normal::standard() })
     }
 
     fn shares(&self, y: &[f64]) -> Vec<f64> {
@@ -241,26 +245,59 @@ impl<'a> Target<'a> {
         self.emulator.at_shares(&self.shares(y), &self.places)
     }
 
+    /// Covariance of the errors of the data, factorised, and the part of it by the emulator's correlation R and deviations: R D.
+    fn noise(&self, deviations: &[f64]) -> Option<(Cholesky<f64, Dyn>, DMatrix<f64>)> {
+        let count = self.data.len();
+        let one = |i: usize, j: usize| self.correlation[(i, j)] * deviations[j];
+        let shared = DMatrix::from_fn(count, count, one);
+        let own = |i: usize, j: usize| if i == j { self.data[i].sd.powi(2) } else { 0.0 };
+        let covariance =
+            DMatrix::from_fn(count, count, |i, j| deviations[i] * shared[(i, j)] + own(i, j));
+        Some((covariance.cholesky()?, shared))
+    }
+
     /// Logarithm of the density, its gradient, and Gauss and Newton's precision.
     fn expand(&self, y: &[f64]) -> (f64, DVector<f64>, DMatrix<f64>) {
-        let count = y.len();
+        let (count, data) = (y.len(), self.data.len());
         let slope: Vec<f64> = y.iter().map(|y| self.normal.pdf(*y)).collect();
-        let mut gradient = -DVector::from_column_slice(y);
-        let (mut value, mut precision) =
-            (-0.5 * gradient.norm_squared(), DMatrix::identity(count, count));
-        for (datum, found) in self.data.iter().zip(self.at(y)) {
-            let residual = datum.value - found.value;
-            let variance = datum.sd.powi(2) + found.deviation.powi(2);
-            let square = residual.powi(2) / variance;
-            value -= 0.5 * (square + variance.ln());
-            let of = |slopes: &[f64]| DVector::from_fn(count, |d, _| slope[d] * slopes[d]);
-            let by_value = of(&found.value_slopes);
-            gradient += (residual / variance) * &by_value;
-            let by_deviation = (square - 1.0) * found.deviation / variance;
-            gradient += by_deviation * of(&found.deviation_slopes);
-            precision += &by_value * by_value.transpose() / variance;
-        }
+        let prior = -DVector::from_column_slice(y);
+        let found = self.at(y);
+        let deviations: Vec<f64> = found.iter().map(|of| of.deviation).collect();
+        let Some((factor, shared)) = self.noise(&deviations) else {
+            return (f64::NEG_INFINITY, prior, DMatrix::identity(count, count));
+        };
+        let residual = DVector::from_fn(data, |i, _| self.data[i].value - found[i].value);
+        let (weighted, inverse) = (factor.solve(&residual), factor.inverse());
+        // In the deviations δ: ½ αᵀ Σ' α − ½ tr(Σ⁻¹ Σ') with α = Σ⁻¹ r and Σ = S² + D R D.
+        let pulled = &shared * &weighted;
+        let by_deviation =
+            |i: usize| weighted[i] * pulled[i] - shared.row(i).transpose().dot(&inverse.column(i));
+        let by_deviation = DVector::from_fn(data, |i, _| by_deviation(i));
+        let by_value = DMatrix::from_fn(data, count, |i, d| slope[d] * found[i].value_slopes[d]);
+        let of_deviations =
+            DMatrix::from_fn(data, count, |i, d| slope[d] * found[i].deviation_slopes[d]);
+        let log_determinant = factor.l_dirty().diagonal().map(f64::ln).sum();
+        let value = -0.5 * (prior.norm_squared() + residual.dot(&weighted)) - log_determinant;
+        let gradient = prior + by_value.tr_mul(&weighted) + of_deviations.tr_mul(&by_deviation);
+        let precision = DMatrix::identity(count, count) + by_value.tr_mul(&(inverse * &by_value));
         (value, gradient, precision)
+    }
+
+    /// Logarithm of the density of each datum at outputs and deviations, given the parameters and the other data.
+    fn log_likelihoods(&self, outputs: &[f64]) -> Vec<f64> {
+        let (pairs, _) = outputs.as_chunks::<2>();
+        let deviations: Vec<f64> = pairs.iter().map(|[_, deviation]| *deviation).collect();
+        let Some((factor, _)) = self.noise(&deviations) else {
+            return vec![f64::NEG_INFINITY; pairs.len()];
+        };
+        let precision = factor.inverse();
+        let residual = DVector::from_fn(pairs.len(), |i, _| self.data[i].value - pairs[i][0]);
+        let weighted = &precision * residual;
+        let one = |i: usize| {
+            let own = precision[(i, i)];
+            0.5 * ((own / TAU).ln() - weighted[i].powi(2) / own)
+        };
+        (0..pairs.len()).map(one).collect()
     }
 
     /// Distinct modes with their precisions, the best first.
@@ -277,8 +314,13 @@ impl<'a> Target<'a> {
                 precision.clone().cholesky()?.l().diagonal().map(f64::ln).sum();
             Some((value - half_log_determinant, y, precision))
         };
-        let starts = starts.into_iter().take(STARTS);
-        let mut found: Vec<_> = starts.filter_map(|(_, y)| climb(y)).collect();
+        let mut apart: Vec<DVector<f64>> = Vec::new();
+        for (_, y) in starts {
+            if apart.len() < STARTS && apart.iter().all(|other| (other - &y).norm() > SPREAD) {
+                apart.push(y);
+            }
+        }
+        let mut found: Vec<_> = apart.into_iter().filter_map(climb).collect();
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
         let best = found.first().map_or(0.0, |mode| mode.0);
         let mut apart: Vec<(Vec<f64>, DMatrix<f64>)> = Vec::new();

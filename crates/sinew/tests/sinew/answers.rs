@@ -98,6 +98,30 @@ fn numbers_are_in_the_units_of_the_case() {
 }
 
 #[test]
+fn solutions_beside_which_there_are_others_are_counted() {
+    // A column beyond the load at which it buckles.
+    let column = r#"
+        law = "neo-hookean"
+        loads = [{ traction = [-0.9, 0.0, 0.0], facets = "x_max" }, { pressure = "q", facets = "z_min", rim = "closed" }]
+        supports = [{ clamped = "x_min" }]
+        mesh = { box = { extent = [20.0, 4.0, 4.0], cells = [8, 2, 2] }, element = "hexahedra" }
+        parameters = { mu = [2.0, 50.0], lambda = 20.0, q = { range = [-0.05, 0.05], sampling = "linear" } }
+    "#;
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("column.toml"), column).unwrap();
+    let rows = [3, 6, 12].map(|mu| format!("{mu},-0.03\n{mu},-0.003\n{mu},0.003\n{mu},0.03\n"));
+    std::fs::write(folder.join("thetas.csv"), format!("mu,q\n{}", rows.concat())).unwrap();
+    let solved = done(folder, "solve column.toml --theta thetas.csv");
+    assert!(solved.contains(" of the 5 compared solutions are not those"), "{solved}");
+    assert!(solved.contains(" others, which were not compared, may not be either"), "{solved}");
+    let told = done(folder, "predict column.toml --theta thetas.csv --accuracy 1e-3");
+    assert!(told.contains("12 of 12 answers may be on another branch"), "{told}");
+    let cases = std::fs::read_to_string(folder.join("out/column/predict/accuracy/cases.csv"));
+    assert_eq!(cases.unwrap().matches("jumped: ").count(), 12);
+}
+
+#[test]
 fn a_row_that_fails_is_a_row_with_its_reason() {
     let folder = plate();
     let folder = folder.path();

@@ -40,6 +40,14 @@ fn uniform(body: &Body, [x, y, z]: [f64; 3]) -> Vec<f64> {
 }
 
 #[test]
+fn a_pressure_that_is_no_number_is_not_taken_for_a_name() {
+    for pressure in ["1 000 Pa", "8.5.1 mmHg", "-", ""] {
+        let load = format!("loads = [{{ pressure = \"{pressure}\", facets = \"x_max\" }}]\n");
+        refusal(&format!("{load}{MUSCLE}"), &["loads.0.pressure", "is not a number with a unit"]);
+    }
+}
+
+#[test]
 fn an_active_bar_contracts_as_its_closed_form_says() {
     let body = body(MUSCLE);
     let names: Vec<_> = body.parameters.iter().map(|p| p.name.as_str()).collect();
@@ -151,6 +159,15 @@ fn factors_are_read_from_fields_of_cells_and_of_nodes() {
     assert!((scars[0] / plain - 4.0).abs() < 1e-12, "{scars:?} {plain}");
     assert!(scars.iter().all(|scar| *scar == scars[0]), "{scars:?}");
     refusal(&of_set("scra"), &["stiffness.cells", "did you mean `scar`?"]);
+    let along = "fibres.direction = [1.0, 0.0, 0.0]\n";
+    let folder_named = sinew(&["serve", &folder.path().display().to_string()]);
+    assert!(
+        lines(&folder_named.stderr).contains("this is a folder"),
+        "{}",
+        lines(&folder_named.stderr)
+    );
+    let sheets = text("tenfold").replace(along, &format!("{along}fibres.sheets = \"across\"\n"));
+    refusal(&sheets, &["fibres.sheets", "give `field` too"]);
     refusal(&of_set("region:7"), &["stiffness.cells", "region:0"]);
     // A support holds the nodes of a label.
     let held = text("tenfold").replace("nodes = \"x_min\", x = 0.0", "clamped = \"region:2\"");
@@ -180,6 +197,18 @@ fn factors_are_read_from_fields_of_cells_and_of_nodes() {
     mesh.cell_fields.insert("helix".into(), helix);
     sinew_mesh::write_vtu(&file, &mesh).unwrap();
     refusal(&from(&fibres, &other), &["fibres.file", "no field `helix`"]);
+    // Cells in another order keep their own directions.
+    let (mut shuffled, count) = (other.clone(), mesh.cells.len());
+    let rows: Vec<_> = (0..count).map(|cell| [cell as f64 + 1.0, 2.0, 0.0]).collect();
+    shuffled.cells.reverse();
+    let reversed: Vec<_> = rows.iter().rev().copied().collect();
+    shuffled.cell_fields.insert("helix".into(), sinew_mesh::Field::vectors(&reversed));
+    let [first, second] = body(&from(&fibres, &shuffled)).material.directions(0)[0][..2] else {
+        panic!()
+    };
+    assert!((first / second - 0.5).abs() < 1e-12, "{first} {second}");
+    shuffled.cells[3] = shuffled.cells[4];
+    refusal(&from(&fibres, &shuffled), &["fibres.file", "other nodes"]);
     other.points.swap(3, 4);
     refusal(&from(&fibres, &other), &["fibres.file", "same order"]);
     let nodes = with(" = { nodes = \"scar\", factor = 10.0 }");
@@ -443,6 +472,20 @@ fn an_unloaded_image_has_its_stresses() {
     for name in ["cauchy_stress", "fibre_stretch", "fibre_in_image", "fibre", "volume"] {
         assert!(fields.contains_key(name), "{name}");
     }
+    // A turn about the places of the image is another about those at rest.
+    let turned = VENTRICLE.replace(
+        "{ clamped = \"base\" }",
+        "{ nodes = \"base\", axis = [1.0, 0.2, 0.0], point = [0.0, 9.0, 3.0], turn = { degrees = 4.0 } }",
+    );
+    assert_ne!(turned, VENTRICLE);
+    std::fs::write(path("turned.toml"), turned).unwrap();
+    let done = sinew(&["unload", &path("turned.toml"), "-o", &path("other.vtu")]);
+    assert!(!done.status.success());
+    assert!(
+        lines(&done.stderr).contains("a turn is about other places"),
+        "{}",
+        lines(&done.stderr)
+    );
     // The image is the mesh of the case.
     let volumes: f64 = fields["volume"].to_f64().iter().sum();
     let image: f64 = body(VENTRICLE).volumes.iter().sum();

@@ -119,6 +119,19 @@ fn mistakes_are_refused_with_their_place() {
     says("sd = 2.0", "sd = 0.0", &["standard deviation is 0"]);
     says("sd = 0.02", "sd = \"2 %\"", &["a share is for volumes"]);
     says(
+        "phase = \"high\"\nvalue = ",
+        "phase = \"low\"\nvalue = ",
+        &["line 30, data.1", "`volume of endo at low` is measured on line 23 already"],
+    );
+    for (setting, advice) in [
+        ("pressure_common = 5", "write 0.05 for 5 %"),
+        ("pressure_each = 1.5", "write 0.015 for 1.5 %"),
+        ("priors.a = { median = 0.2, sd = 30 }", "write 0.3 for 30 %"),
+    ] {
+        let key = setting.split_once(" = ").unwrap().0;
+        says("[calibration]", &format!("[calibration]\n{setting}"), &[key, advice]);
+    }
+    says(
         "a = [0.1, 0.4]",
         "a = { range = [0.0, 0.4], sampling = \"linear\" }",
         &["parameters.a", "positive"],
@@ -328,6 +341,42 @@ fn the_program_makes_data_and_their_posterior() {
     let (code, said) = run(&["calibrate", "made.toml", "--resume", out[0], out[1]]);
     assert_eq!((code, read("posterior.csv")), (Some(0), first.clone()), "{said}");
     assert!(Path::new(&made).join("report.json").exists());
+}
+
+#[test]
+fn a_curve_ends_where_draws_begin_to_lack_an_equilibrium() {
+    // Softer walls, which the datum does not exclude, bear only a few millimetres of mercury more than was measured.
+    let balloon = r#"
+        law = { name = "neo-hookean-isochoric", bulk_modulus = 100.0 }
+        loads = [{ pressure = "p", facets = "endo" }]
+        supports = [{ clamped = "base" }]
+        formulation = "averaged"
+        mesh.ellipsoid = { short = [20.0, 30.0], long = [52.0, 62.0], base = 15.0, cells = [1, 8, 4] }
+        parameters = { mu = [1.0, 12.0], p = { range = [0.0, 40.0], unit = "mmHg", sampling = "linear" } }
+        phases = { image = { p = "1 mmHg" }, high = { p = "3 mmHg" } }
+        data = [{ volume = "endo", phase = "high", unit = "mL", sd = "6 %" }]
+        calibration = { draws = 100 }
+    "#;
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("balloon.toml"), balloon).unwrap();
+    for arguments in ["synthesise balloon.toml --theta mu=3 -o made.toml", "calibrate made.toml"] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_sinew"));
+        let done = command.args(arguments.split(' ')).current_dir(folder.path()).output().unwrap();
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    }
+    let read = |name: &str| {
+        std::fs::read_to_string(folder.path().join("out/made/calibrate").join(name)).unwrap()
+    };
+    let curve = read("edpvr.csv");
+    let rows: Vec<Vec<f64>> = curve
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect())
+        .collect();
+    // Bands widen up to the end: the softest draws are in them.
+    assert!((2..11).contains(&rows.len()), "{curve}");
+    assert!(rows.windows(2).skip(1).all(|pair| pair[1][3] - pair[1][1] > pair[0][3] - pair[0][1]));
+    assert!(read("report.html").contains("the curve ends before"), "{curve}");
 }
 
 #[test]

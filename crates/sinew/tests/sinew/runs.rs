@@ -191,6 +191,22 @@ fn displacements_on_a_mesh_predict_runs_that_were_held_back() {
     let (code, lost) = refused(folder, &format!("{train} --restart"));
     assert!(code == 2 && lost.contains("line 5") && lost.contains("3.vtu"), "{lost}");
 
+    let points = body.mesh.points().as_flattened();
+    let positions: Vec<f64> =
+        fields.iter().flat_map(|field| field.iter().zip(points).map(|(u, x)| u + x)).collect();
+    for (values, said) in
+        [(positions, "they are positions"), (fields[0].repeat(16), "the same in all")]
+    {
+        let arrays: [npz::Named<'_>; 2] = [
+            ("theta", &[16, 2], &thetas.concat()),
+            ("displacements", &[16, body.nodes, 3], &values),
+        ];
+        npz::write(&folder.join("wrong.npz"), &arrays, &[]).unwrap();
+        let train = "train --from-fields wrong.npz --mesh bar.vtu --parameters mu,lambda";
+        let (code, wrong) = refused(folder, train);
+        assert!(code == 2 && wrong.contains(said), "{wrong}");
+    }
+
     npz::write(&folder.join("short.npz"), &arrays[..1], &[]).unwrap();
     let (code, short) =
         refused(folder, "train --from-fields short.npz --mesh bar.vtu --parameters mu,lambda");
@@ -398,4 +414,60 @@ fn measured_values_of_outputs_give_a_posterior_without_a_solver() {
     assert!(told.contains("k is most likely at an end of its range"), "{told}");
     let (code, told) = refused(folder, "calibrate patient.toml --resume");
     assert!(code == 2 && told.contains("leave them out"), "{told}");
+}
+
+#[test]
+fn every_seed_finds_both_modes_and_refuses_to_choose() {
+    let parameters = ["a", "b"].map(|name| Parameter::linear(name, "1", 0.0..=1.0)).to_vec();
+    let thetas = Design::Sobol.sample(&parameters, 60, 5).unwrap();
+    let column = |name: &str, of: fn(&[f64]) -> f64| Output {
+        name: name.into(),
+        unit: "1".into(),
+        values: thetas.iter().map(|theta| vec![of(theta)]).collect(),
+    };
+    // Rises slowly and falls fast: of the mass above a = 0.5 there is a fifth.
+    let outputs = [
+        column("y", |t| (2.2 * std::f64::consts::PI * t[0].powi(3)).sin()),
+        column("z", |t| t[1] + 0.05 * t[0]),
+    ];
+    let emulator = RunsEmulator::fit(parameters, &thetas, &outputs, None, &mut ()).unwrap();
+    let data = [("y", 0.2, 0.02), ("z", 0.5, 0.1)].map(|(output, value, sd)| Measured {
+        output: output.into(),
+        value,
+        sd,
+    });
+    for seed in 0..10 {
+        let options = NutsOptions { warmup: 150, draws: 150, seed, ..NutsOptions::default() };
+        let told = RunsPosterior::new(&emulator, &data, &options, &mut ()).map(|_| ());
+        let told = told.expect_err("two modes").to_string();
+        assert!(told.contains("add data that tell these apart"), "{seed}: {told}");
+    }
+}
+
+#[test]
+fn outputs_of_one_curve_share_the_error_of_the_emulator() {
+    let parameter = Parameter::linear("a", "1", 0.0..=2.0);
+    let curve = |a: f64| a + 0.1 * (9.0 * a).sin();
+    let thetas = Design::LatinHypercube.sample(&[parameter.clone()], 14, 4).unwrap();
+    let output = |place: usize| Output {
+        name: format!("v{place}"),
+        unit: "1".into(),
+        values: thetas.iter().map(|t| vec![(1.0 + 0.1 * place as f64) * curve(t[0])]).collect(),
+    };
+    let outputs: Vec<Output> = (0..20).map(output).collect();
+    let emulator = RunsEmulator::fit(vec![parameter], &thetas, &outputs, None, &mut ()).unwrap();
+    assert!((0..20).all(|place| emulator.correlation(0, place) > 0.9));
+    let deviation = |count: usize| {
+        let datum = |place: usize| {
+            let factor = 1.0 + 0.1 * place as f64;
+            Measured { output: format!("v{place}"), value: factor * curve(0.9), sd: 1e-3 * factor }
+        };
+        let data: Vec<_> = (0..count).map(datum).collect();
+        let options = NutsOptions { warmup: 150, draws: 150, ..NutsOptions::default() };
+        let found = RunsPosterior::new(&emulator, &data, &options, &mut ()).unwrap();
+        found.draws.summary(0).deviation
+    };
+    // Were the errors independent, it would be √20 times smaller.
+    let (one, all) = (deviation(1), deviation(20));
+    assert!(all > 0.6 * one, "{all:e} by 20 outputs, {one:e} by one");
 }

@@ -1,5 +1,6 @@
 //! Gaussian processes about a polynomial, with one length per parameter.
 
+use super::design::{Groups, are_independent};
 use super::interpolation::{Basis, Fitted, Interpolation};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, RowDVector};
 use rayon::prelude::*;
@@ -17,7 +18,7 @@ const FIRST_STEP: f64 = 2.0;
 const GAIN_OF_ERROR: f64 = 0.01;
 /// Points among which the evidence is maximised: its cost grows with their cube, and more change the lengths little.
 const MOST_SEARCHED: usize = 200;
-/// Samples up to which each is left out alone; beyond, [`FOLDS`] parts are left out in turn.
+/// Groups up to which each is left out alone; beyond, [`FOLDS`] parts are left out in turn.
 const MOST_ALONE: usize = 50;
 /// Parts of cross-validation.
 const FOLDS: usize = 10;
@@ -52,9 +53,15 @@ fn best_trend(
     let fits = (0..=HIGHEST_TREND).filter_map(|trend| {
         // A trend of more than half as many coefficients as samples leaves little to the process.
         let exponents = monomials(points.ncols(), trend);
-        (exponents.len() <= points.nrows() / 2).then(|| fit(trend, &exponents)).flatten()
+        let told = exponents.len() <= points.nrows() / 2 && are_told(points, &exponents);
+        told.then(|| fit(trend, &exponents)).flatten()
     });
     fits.min_by(|a, b| a.leave_one_out.total_cmp(&b.leave_one_out))
+}
+
+/// Whether points tell these monomials apart.
+fn are_told(points: &DMatrix<f64>, exponents: &[Vec<i32>]) -> bool {
+    are_independent(&Basis::monomials(exponents.to_vec()).at_all(points))
 }
 
 /// Logarithms of lengths and nugget, which a search changes.
@@ -122,39 +129,45 @@ fn maximise_evidence(
 pub(crate) type Step<'a> = dyn Fn() -> Option<()> + Sync + 'a;
 
 /// Steps of a fit by evidence with its errors.
-pub(crate) fn steps(samples: usize) -> usize {
-    HIGHEST_TREND + 1 + folds(samples)
+pub(crate) fn steps(partitions: &[Groups]) -> usize {
+    let folds = partitions.iter().map(|groups| folds(groups.len()));
+    HIGHEST_TREND + 1 + folds.sum::<usize>()
 }
 
-/// Parts of so many samples that are left out in turn.
-pub(crate) fn folds(samples: usize) -> usize {
-    if samples <= MOST_ALONE { samples } else { FOLDS }
+/// Parts of so many groups that are left out in turn.
+pub(crate) fn folds(groups: usize) -> usize {
+    if groups <= MOST_ALONE { groups } else { FOLDS }
 }
 
-/// Errors of samples that are predicted from the others, and the deviations ([`Conditional::deviation`]) there. Parts are left
-/// out in turn, and lengths and nugget fitted anew without each: the errors by which they were chosen are too small.
+/// Errors of samples that are predicted from the others, and the deviations ([`Conditional::deviation`]) there, with their numbers. Groups are
+/// left out in turn, with a trend that the others tell. Where these are single samples, lengths and nugget are fitted anew without
+/// each: the errors by which they were chosen are too small. Few levels less one do not tell them.
 pub(super) fn left_out(
     points: &DMatrix<f64>,
     targets: &DMatrix<f64>,
     fitted: &Fitted,
+    groups: &Groups,
     step: &Step<'_>,
-) -> Option<Vec<(f64, f64)>> {
+) -> Option<Vec<(usize, RowDVector<f64>, f64)>> {
     let Interpolation::GaussianProcess { trend, lengths, nugget } = &fitted.interpolation else {
         return None;
     };
-    let (count, exponents) = (points.nrows(), &fitted.basis.exponents);
     let start = logarithms(lengths, *nugget);
-    let folds = folds(count);
+    let (folds, are_alone) = (folds(groups.len()), groups.len() == points.nrows());
     let of_fold = |fold: usize| {
         step()?;
-        let (out, kept): (Vec<usize>, Vec<usize>) = (0..count).partition(|i| i % folds == fold);
+        let out: Vec<usize> = groups.iter().skip(fold).step_by(folds).flatten().copied().collect();
+        let kept: Vec<usize> = (0..points.nrows()).filter(|i| !out.contains(i)).collect();
         let [x, y] = [points, targets].map(|all| all.select_rows(&kept));
-        let at = maximise_evidence((&x, &y), exponents, start.clone(), FIRST_STEP / 4.0)?;
-        let conditional = Conditional::new(&x, exponents, &at)?;
-        let fit = conditional.fitted(*trend, &y)?;
+        let trends = (0..=*trend).rev().map(|trend| (trend, monomials(x.ncols(), trend)));
+        let (trend, exponents) = trends.into_iter().find(|(_, told)| are_told(&x, told))?;
+        let search = || maximise_evidence((&x, &y), &exponents, start.clone(), FIRST_STEP / 4.0);
+        let at = if are_alone { search()? } else { start.clone() };
+        let conditional = Conditional::new(&x, &exponents, &at)?;
+        let fit = conditional.fitted(trend, &y)?;
         let error = |i: usize| {
             let (x, y) = (points.row(i).into_owned(), targets.row(i));
-            ((fit.at(&x) - y).norm(), conditional.deviation(&x))
+            (i, fit.at(&x) - y, conditional.deviation(&x))
         };
         Some(out.into_iter().map(error).collect::<Vec<_>>())
     };

@@ -2,7 +2,8 @@
 
 use super::{Asked, others};
 use crate::commands::{
-    Batch, CaseArguments, Neighbour, chosen, count, refuse, tell_doubtful, trained, warn_of_locking,
+    Batch, CaseArguments, Neighbour, chosen, count, refuse, tell_doubtful, trained, warn,
+    warn_of_locking,
 };
 use anyhow::{Result, bail};
 use clap::Args;
@@ -79,6 +80,14 @@ fn part<'b>(
         let moved = displacement_in_words(displacement, &body.units.length);
         format!(": displacement {moved}; checked error {error:.1e}")
     });
+    let jumped = answers.iter().filter(|answer| answer.has_jumped()).count();
+    warn((jumped > 0).then(|| {
+        format!(
+            "{jumped} of {} answers may be on another branch than that of a rising load: the column `warnings` of cases.csv marks them, and \
+             `sinew solve --load-steps` finds the equilibria of a rising load",
+            answers.len()
+        )
+    }));
     let more = answers.iter().filter(|answer| !answer.is_within(accuracy)).count();
     *beyond = [beyond[0] + more, beyond[1] + answers.len()];
     let solved = answers.iter().filter(|answer| answer.method == Method::Solver).count();
