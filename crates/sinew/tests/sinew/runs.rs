@@ -448,7 +448,7 @@ fn every_seed_finds_both_modes_and_refuses_to_choose() {
 fn outputs_of_one_curve_share_the_error_of_the_emulator() {
     let parameter = Parameter::linear("a", "1", 0.0..=2.0);
     let curve = |a: f64| a + 0.1 * (9.0 * a).sin();
-    let thetas = Design::LatinHypercube.sample(&[parameter.clone()], 14, 4).unwrap();
+    let thetas = Design::LatinHypercube.sample(std::slice::from_ref(&parameter), 14, 4).unwrap();
     let output = |place: usize| Output {
         name: format!("v{place}"),
         unit: "1".into(),
