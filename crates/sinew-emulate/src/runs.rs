@@ -46,7 +46,7 @@ pub struct Output {
 
 /// Errors of runs that are predicted from the others: each alone among up to fifty runs, a tenth of more at a time, and together where
 /// most runs share values of a parameter or are near twins, whichever errors are larger. Length scales and nugget are searched
-/// anew without them.
+/// anew where runs are left out alone; groups keep those of all runs. Each run of a group counts as one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeftOut {
     /// Name of the output.
@@ -109,7 +109,7 @@ pub struct Predicted {
     /// The number, or displacements node by node \[unit of the output\].
     pub values: Vec<f64>,
     /// Half-width of the 95 % interval; of displacements, of their root mean square nodal error \[unit of the output\]. Below 19 runs
-    /// the interval is as wide as the largest error left out.
+    /// the interval is 20/(n + 1) times as wide as the largest of n ratios of error and deviation demands.
     pub half_width: f64,
 }
 
@@ -238,7 +238,7 @@ impl RunsEmulator {
             let (stage, concern) = (STAGE.into(), concern.clone());
             observer.warning(&Warning::Training { stage, concern });
         }
-        let correlation = correlation(&errors);
+        let correlation = correlation(&errors, thetas.len() as f64);
         Ok(Self { parameters, mesh, warnings, outputs, left_out, correlation })
     }
 
@@ -356,18 +356,25 @@ fn met_exactly(points: &DMatrix<f64>, names: &[&str], left_out: &[LeftOut]) -> V
     exact.filter(|_| !few.is_empty()).map(told).collect()
 }
 
-/// Correlation of errors over their deviations, by outputs. That of `n` runs is shrunk by `1/n`, so that it is positive definite.
-fn correlation(errors: &[Vec<(f64, f64)>]) -> Vec<Vec<f64>> {
+/// Correlation of errors over their deviations, by outputs. It is shrunk towards none by the part of the squares that is noise of so many runs, `1/n`
+/// at least, so that it is positive definite (Schäfer & Strimmer, Stat. Appl. Genet. Mol. Biol. 4, 2005).
+fn correlation(errors: &[Vec<(f64, f64)>], runs: f64) -> Vec<Vec<f64>> {
     let ratios = |errors: &Vec<(f64, f64)>| {
         DVector::from_iterator(errors.len(), errors.iter().map(|(error, of)| error / of))
     };
     let ratios: Vec<_> = errors.iter().map(ratios).collect();
-    let of = |one: usize, other: usize| {
+    let raw = |[one, other]: [usize; 2]| {
         let [a, b] = [&ratios[one], &ratios[other]];
-        let size = (a.norm() * b.norm()).max(f64::MIN_POSITIVE);
-        if one == other { 1.0 } else { a.dot(b) / size * (1.0 - 1.0 / a.len() as f64) }
+        a.dot(b) / (a.norm() * b.norm()).max(f64::MIN_POSITIVE)
     };
-    (0..errors.len()).map(|one| (0..errors.len()).map(|other| of(one, other)).collect()).collect()
+    let count = errors.len();
+    let pairs = (0..count).flat_map(|one| (0..one).map(move |other| raw([one, other]).powi(2)));
+    let pairs: Vec<f64> = pairs.collect();
+    let noise = pairs.iter().map(|square| (1.0 - square).powi(2) / runs).sum::<f64>();
+    let noise = noise / pairs.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let kept = 1.0 - noise.clamp(1.0 / runs, 1.0);
+    let of = |one, other| if one == other { 1.0 } else { kept * raw([one, other]) };
+    (0..count).map(|one| (0..count).map(|other| of(one, other)).collect()).collect()
 }
 
 /// Nodes of displacements; 1 of a number.

@@ -11,6 +11,7 @@ pub(crate) use closing::{FLAT, Surroundings, sorted};
 use part::{Add, At, moved, projected};
 pub use part::{CavityPart, Lid, SymmetryPlane};
 pub use pressed_lid::PressedLid;
+use sinew_mesh::extents;
 use sinew_num::Mat3;
 use std::collections::HashMap;
 
@@ -29,8 +30,8 @@ pub struct Cavity {
     sign: f64,
 }
 
-/// Volume of a surface flat at rest [relative to the cube of the mesh's size], rounding errors.
-const NO_VOLUME: f64 = 1e-12;
+/// Volume of a surface flat at rest [relative to its size squared times the mesh's], by the digits of files.
+const NO_VOLUME: f64 = 1e-6;
 
 impl Cavity {
     /// Makes a cavity from triangles; `None` where symmetry planes leave the volume undetermined.
@@ -44,8 +45,10 @@ impl Cavity {
             parts.map(|triangles| CavityPart::new(triangles, around)).collect::<Option<_>>();
         let mut cavity = Self { name: name.into(), parts: parts?, sign: -1.0 };
         let volume = cavity.measure(&|node| around.points[node], &mut |_, _| {});
-        let size = sinew_mesh::extents(around.points).into_iter().fold(0.0, f64::max);
-        if volume.abs() > NO_VOLUME * size.powi(3) {
+        let largest = |points: &[[f64; 3]]| extents(points).into_iter().fold(0.0, f64::max);
+        let own: Vec<_> =
+            triangles.as_flattened().iter().map(|&node| around.points[node]).collect();
+        if volume.abs() > NO_VOLUME * largest(around.points) * largest(&own).powi(2) {
             cavity.sign = volume.signum();
         }
         Some(cavity)

@@ -22,8 +22,8 @@ pub(crate) fn bounds(points: impl IntoIterator<Item = Vector3<f64>>) -> [Vector3
 /// Direction along which few nodes of a grid lie side by side.
 const ASKEW: Vector3<f64> = Vector3::new(0.577, 0.211, 0.789);
 
-/// Index of the first point at the place of each, within a distance \[length\].
-pub(crate) fn merged(points: &[[f64; 3]], distance: f64) -> Vec<usize> {
+/// Index of the first point at the place of each, within the shorter of the distances that both reach \[length\].
+pub(crate) fn merged(points: &[[f64; 3]], reach: impl Fn(usize) -> f64) -> Vec<usize> {
     let place = |at: usize| Vector3::from(points[at]);
     let along: Vec<f64> = (0..points.len()).map(|at| place(at).dot(&ASKEW)).collect();
     let mut order: Vec<usize> = (0..points.len()).collect();
@@ -31,9 +31,9 @@ pub(crate) fn merged(points: &[[f64; 3]], distance: f64) -> Vec<usize> {
     let mut first: Vec<usize> = (0..points.len()).collect();
     for (rank, &a) in order.iter().enumerate() {
         // The direction is a little longer than 1.
-        let near = |&&b: &&usize| along[b] - along[a] <= 1.01 * distance;
+        let near = |&&b: &&usize| along[b] - along[a] <= 1.01 * reach(a);
         for &b in order[rank + 1..].iter().take_while(near) {
-            if (place(a) - place(b)).norm() <= distance {
+            if (place(a) - place(b)).norm() <= reach(a).min(reach(b)) {
                 let least = first[a].min(first[b]);
                 (first[a], first[b]) = (least, least);
             }

@@ -190,7 +190,7 @@ fn nearest([a, b, c]: &[Point; 3], point: Point) -> Point {
 /// ```
 pub fn self_intersections(surface: &TriangleMesh) -> Vec<[usize; 2]> {
     let tree = SurfaceTree::new(surface);
-    let place = merged(&surface.points, 0.0);
+    let place = merged(&surface.points, |_| 0.0);
     let named = |cell: usize| surface.cells[cell].map(|node| place[node]);
     let mut pairs = Vec::new();
     for cell in 0..surface.cells.len() {

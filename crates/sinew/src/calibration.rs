@@ -192,6 +192,9 @@ impl Curve {
             Err(why) => (Vec::new(), Some(why.to_string())),
         };
         let found: Vec<Reached> = thetas.par_iter().map(solve).collect();
+        if found.is_empty() {
+            return Err(format!("{cavity}: no draws of the posterior"));
+        }
         let reached = reached(&found);
         let end = end(&found, reached);
         if let (0, Some(end)) = (reached, &end) {

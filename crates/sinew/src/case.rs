@@ -356,6 +356,7 @@ impl Case {
         let law = self.law.row(&self.source)?;
         self.check_active(law)?;
         let parameters = self.lower_parameters(law)?;
+        self.check_kinds(&mesh)?;
         if matches!(formulation, Formulation::Quadratic | Formulation::Mixed) {
             // Nodes are marked before means of the marks would stand in the middle of edges.
             self.marked_sets().for_each(|set| drop(supports::add_node_set(&mut mesh, set)));

@@ -172,7 +172,8 @@ impl Runs {
             }
         }
         for Output { name, values, .. } in &outputs {
-            match &values[0][..] {
+            match values.first().map_or(&[][..], |first| &first[..]) {
+                [] => return Err(format!("`{name}` is empty")),
                 [_] => varied(name, &values.concat())?,
                 first if values.iter().all(|values| values == first) => {
                     return Err(format!(

@@ -28,6 +28,7 @@ use crate::{Error, RegressionError};
 use interpolation::{Fitted, fit_polynomial};
 use nalgebra::{DMatrix, DVector, RowDVector, SymmetricEigen};
 use process::{fit_evidence, fit_process, left_out};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_energy::Parameter;
 use std::path::Path;
@@ -127,9 +128,11 @@ impl PodRegression {
             fitted.unwrap_or_else(|| fit_polynomial(points, coefficients, 0))
         })?;
         let is_number = regression.modes.shape() == (1, 1);
+        let fields = if is_number { &[] } else { samples.2 };
+        let lost: Vec<f64> = fields.par_iter().map(|field| regression.lost(field)).collect();
         let error = |(sample, left, deviation): (usize, RowDVector<f64>, f64)| {
             let signed = || left[0] * regression.modes[(0, 0)];
-            let norm = || left.norm().hypot(regression.lost(&samples.2[sample]));
+            let norm = || left.norm().hypot(lost[sample]);
             (if is_number { signed() } else { norm() }, deviation)
         };
         let errors = errors.ok_or(RegressionError::TooFewSamples { found: samples.2.len() })?;

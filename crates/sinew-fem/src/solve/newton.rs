@@ -142,7 +142,8 @@ impl System<'_> {
     /// curvature are enough for an intermediate one.
     fn found(&mut self, search: Search<'_>, residual: Residual) -> Equilibrium {
         let mut negative_pivots = search.negative_pivots.unwrap_or(0);
-        let uncounted = self.iterates && search.goal.accuracy < ROUGH;
+        let on_the_way = search.goal.plane.is_none() && search.place < 1.0;
+        let uncounted = self.iterates && !(on_the_way && search.goal.accuracy >= ROUGH);
         if (negative_pivots > 0 || uncounted) && self.body.has_potential() {
             self.assemble(&search.at, &search.theta, search.load_factor, None);
             negative_pivots = self.negative_eigenvalues().unwrap_or(1);

@@ -17,8 +17,8 @@ pub(crate) fn to_mesh<const N: usize>(mut grid: MixedMesh) -> Result<(Mesh<N>, R
     let cells_at = grid.cells_at;
     grid.rename_equal_cells();
     check_grid(&grid)?;
-    let [coincident_nodes, merged_nodes, near_nodes] = grid.coincident();
     let ghosts = grid.ghosts();
+    let [coincident_nodes, merged_nodes, near_nodes] = grid.coincident(&ghosts);
     let hidden = ghosts.iter().filter(|&&ghost| ghost).count();
     if hidden > 0 {
         grid.left_out.push(counted(hidden, "ghost or hidden cell"));

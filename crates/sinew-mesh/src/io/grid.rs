@@ -104,11 +104,13 @@ impl MixedMesh {
     /// Adds a field of the points, or of the cells.
     pub(super) fn add_field(&mut self, of_points: bool, name: String, field: Field) -> Result<()> {
         let fields = if of_points { &mut self.point_fields } else { &mut self.cell_fields };
-        let advice = "write a single time step, and give each array a name of its own";
-        match fields.insert(name.clone(), field) {
-            Some(_) => Err(Problem::unsupported("a second array of the name", name, advice)),
-            None => Ok(()),
+        // VTK writes one that is active as scalars and as vectors twice.
+        if fields.get(&name).is_some_and(|known| *known != field) {
+            let advice = "write a single time step, and give each array a name of its own";
+            return Err(Problem::unsupported("a second array of the name", name, advice));
         }
+        fields.insert(name, field);
+        Ok(())
     }
 
     /// Whether each cell is a ghost of another piece, or hidden, by the bits of VTK's array `vtkGhostType`.
@@ -122,30 +124,25 @@ impl MixedMesh {
 
     /// Number of nodes of cells at the place of another, of those that become one with it where nodes are merged, and of those so near to
     /// another that they may be meant to.
-    pub(super) fn coincident(&mut self) -> [usize; 3] {
+    pub(super) fn coincident(&mut self, ghosts: &[bool]) -> [usize; 3] {
         let limit = self.points.len();
-        let nodes = self.connectivity.iter().map(|&node| node as usize);
+        let shown = || (0..self.types.len()).filter(|&cell| !ghosts[cell]);
+        let nodes = shown().flat_map(|cell| self.cell(cell)).map(|&node| node as usize);
         let used = ascending(nodes.filter(|&node| node < limit));
         let places: Vec<_> = used.iter().map(|&node| self.points[node]).collect();
         let tolerance = SELECTION_TOLERANCE * Vector3::from(extents(&places)).norm();
-        let within = |distance: f64| {
+        let within = |reach: &dyn Fn(usize) -> f64| {
             let mut first: Vec<usize> = (0..limit).collect();
-            for (&node, place) in used.iter().zip(merged(&places, distance)) {
-                first[node] = used[place];
-            }
+            let merged = merged(&places, |at| reach(used[at]));
+            used.iter().zip(merged).for_each(|(&node, at)| first[node] = used[at]);
             first
         };
-        let first = within(tolerance);
+        let first = within(&|_| tolerance);
         let count = first.iter().enumerate().filter(|(node, first)| node != *first).count();
-        let (edges, place) =
-            (self.shortest_edges(), |node: usize| Vector3::from(self.points[node]));
-        let finite = || edges.iter().filter(|edge| edge.is_finite());
-        let mean = finite().sum::<f64>() / finite().count().max(1) as f64;
-        let is_near = |(node, near): &(usize, &usize)| {
-            let distance = (place(*node) - place(**near)).norm();
-            first[*node] != first[**near] && distance < NEAR * edges[*node].min(edges[**near])
-        };
-        let near = within(tolerance.max(NEAR * mean)).iter().enumerate().filter(is_near).count();
+        let edges = self.shortest_edges(shown());
+        let near = within(&|node| NEAR * edges[node]);
+        let is_near = |(node, near): &(usize, &usize)| first[*node] != first[**near];
+        let near = near.iter().enumerate().filter(is_near).count();
         if !self.merge {
             return [count, 0, near];
         }
@@ -158,22 +155,20 @@ impl MixedMesh {
         [0, count, near]
     }
 
-    /// Distance of each point from the nearest other node of its cells.
-    fn shortest_edges(&self) -> Vec<f64> {
+    /// Distance of each point from the nearest other node of some cells; 0 of those of none, or of lines through any number.
+    fn shortest_edges(&self, cells: impl Iterator<Item = usize>) -> Vec<f64> {
         let mut shortest = vec![f64::INFINITY; self.points.len()];
-        for index in 0..self.types.len() {
+        for index in cells.filter(|&index| cell_type(self.types[index]).2.is_some()) {
             let nodes = self.cell(index).iter().map(|&node| node as usize);
             let nodes: Vec<usize> = nodes.filter(|&node| node < self.points.len()).collect();
             for (at, &a) in nodes.iter().enumerate() {
                 for &b in nodes[..at].iter().filter(|&&b| b != a) {
-                    let distance =
-                        (Vector3::from(self.points[a]) - Vector3::from(self.points[b])).norm();
-                    (shortest[a], shortest[b]) =
-                        (shortest[a].min(distance), shortest[b].min(distance));
+                    let way = Vector3::from(self.points[a]) - Vector3::from(self.points[b]);
+                    [a, b].into_iter().for_each(|n| shortest[n] = shortest[n].min(way.norm()));
                 }
             }
         }
-        shortest
+        shortest.into_iter().map(|edge| if edge.is_finite() { edge } else { 0.0 }).collect()
     }
 
     /// Gives Lagrange cells of first and second order, voxels and pixels the types whose nodes these have.

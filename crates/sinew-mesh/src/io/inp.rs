@@ -70,6 +70,11 @@ fn read(blocks: &[Block<'_>], bytes: usize) -> Result<MixedMesh> {
     model.finish()
 }
 
+/// Whether a change is one of contact pairs, which takes no cell away.
+fn is_of_contact(kind: &[u8]) -> bool {
+    kind.to_ascii_uppercase().starts_with(b"CONTACT")
+}
+
 /// Gives each block its level. There may be one part, and one instance of it.
 fn set_scopes(blocks: &mut [Block<'_>]) -> Result<()> {
     let has_assembly = blocks.iter().any(|block| block.keyword == "ASSEMBLY");
@@ -87,6 +92,7 @@ fn set_scopes(blocks: &mut [Block<'_>]) -> Result<()> {
                 let advice = "write the file with all its nodes and elements in it, as Abaqus/CAE or PrePoMax do";
                 return Err(Problem::unsupported(what, value, advice));
             }
+            "MODEL CHANGE" if block.option("TYPE").is_some_and(is_of_contact) => {}
             join if JOINS.contains(&join) => {
                 let (what, value) = ("the keyword", format!("*{join}"));
                 let advice = "mesh the parts with shared nodes, or take the keyword out if it is not of this body";

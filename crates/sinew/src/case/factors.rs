@@ -3,7 +3,7 @@
 use super::Case;
 use super::fibres::field_of;
 use super::source::{Result, Source, advise};
-use super::supports::{add_node_set, check_one_kind};
+use super::supports::add_node_set;
 use serde::Deserialize;
 use serde::de::{Deserializer, MapAccess, Visitor, value::MapAccessDeserializer};
 use sinew_energy::laws::{LAWS, NamedLaw, TENSION};
@@ -61,8 +61,7 @@ impl Factors {
                 let hint = mesh.cells_of(nodes).map_or(String::new(), |_| {
                     format!("; `{nodes}` is a set of cells: write {key} = {{ cells = … }}")
                 });
-                check_one_kind(mesh, nodes)
-                    .and_then(|()| add_node_set(mesh, nodes))
+                add_node_set(mesh, nodes)
                     .map_err(|reason| source.error(&[key, "nodes"], reason + &hint))
             }
             (None, None, Some(name), Some(_)) => {

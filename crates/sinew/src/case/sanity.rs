@@ -157,7 +157,8 @@ pub fn branched_in_words(body: &Body, found: &Simulations, cure: &str) -> Option
     let first = theta_in_words(body, found.branched.first()?);
     let Simulations { branched, jumped, compared, fields, .. } = found;
     let (count, all) = (branched.len(), fields.len());
-    let among = if *compared > 0 { format!("the {compared} compared") } else { all.to_string() };
+    let among =
+        if *compared >= count { format!("the {compared} compared") } else { all.to_string() };
     let open = match jumped.len().saturating_sub(count) {
         0 => String::new(),
         open => format!("; {open} others, which were not compared, may not be either"),

@@ -1,6 +1,7 @@
 //! Sets of nodes and facets by where they are.
 
 use super::source::{Exactly, Result, advise, cell_name, meant};
+use super::supports::check_one_kind;
 use super::{Case, FibreRule};
 use serde::Deserialize;
 use sinew_mesh::{AnyMesh, ReadReport, Selection, TriangleMesh, read_mesh};
@@ -215,11 +216,25 @@ impl Case {
         supports.chain(loads).chain(rule).chain(factors).collect()
     }
 
-    /// Sets of nodes, which fields may mark.
-    pub(super) fn marked_sets(&self) -> impl Iterator<Item = &str> {
+    /// Sets of nodes with their keys.
+    fn sets_of_nodes(&self) -> impl Iterator<Item = (Vec<String>, &str)> {
         let named = self.sets_named().into_iter();
         let of_facets = ["loads", "fibres"];
-        named.filter(move |(keys, _)| !of_facets.contains(&keys[0].as_str())).map(|(_, set)| set)
+        named.filter(move |(keys, _)| !of_facets.contains(&keys[0].as_str()))
+    }
+
+    /// Sets of nodes, which fields may mark.
+    pub(super) fn marked_sets(&self) -> impl Iterator<Item = &str> {
+        self.sets_of_nodes().map(|(_, set)| set)
+    }
+
+    /// Refuses names of sets of the mesh that are of several kinds; a selection is in place of them.
+    pub(super) fn check_kinds(&self, mesh: &AnyMesh) -> Result<()> {
+        let mut read = self.sets_of_nodes().filter(|(_, set)| !self.select.contains_key(*set));
+        read.try_for_each(|(keys, set)| {
+            let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
+            check_one_kind(mesh, set).map_err(|reason| self.source.error(&keys, reason))
+        })
     }
 
     /// Adds the selections to the mesh, those first that others name.

@@ -115,11 +115,8 @@ impl Support {
                           point and turn (they turn about it)";
             return Err(source.error(&["supports", &at], reason.into()));
         };
-        check_one_kind(mesh, name)
-            .and_then(|()| match add_node_set(mesh, name) {
-                Err(reason) => add_nodes_of_cells(mesh, name).ok_or(reason),
-                added => added,
-            })
+        add_node_set(mesh, name)
+            .or_else(|reason| add_nodes_of_cells(mesh, name).ok_or(reason))
             .map_err(|reason| source.error(&["supports", &at, key], reason))?;
         if let (Prescribed::PerNode(rows), Some(turn), Some(axis)) = (&mut displacement, turn, axis)
         {
@@ -137,7 +134,8 @@ impl Support {
 
 /// Makes sure that the mesh has a node set of this name: its own, the nodes of a facet set, a point field's.
 pub(super) fn add_node_set(mesh: &mut AnyMesh, name: &str) -> Result<(), String> {
-    if let Some(set) = mesh.node_sets().get(name) {
+    let has_facets = mesh.facet_sets().contains_key(name);
+    if let Some(set) = mesh.node_sets().get(name).filter(|set| !set.is_empty() || !has_facets) {
         let empty = || format!("the set `{name}` is empty: its nodes belong to no cell");
         return if set.is_empty() { Err(empty()) } else { Ok(()) };
     }
@@ -163,24 +161,29 @@ pub(super) fn add_node_set(mesh: &mut AnyMesh, name: &str) -> Result<(), String>
     Ok(())
 }
 
-/// Refuses a name of sets of several kinds, if the first kind lacks a corner of the others.
+/// Refuses a name of sets of several kinds, if a member of one has no node in the first. Cells in front of a side, which Abaqus/CAE puts
+/// into a set with its nodes, have some.
 pub(super) fn check_one_kind(mesh: &AnyMesh, name: &str) -> Result<(), String> {
     let (element, nodes) = (mesh.element(), mesh.element().nodes.len());
-    let corners = |&facet| mesh.nodes_of_facet(facet).into_iter().take(element.facet_corners);
-    let facets = mesh.facet_sets().get(name).map(|set| set.iter().flat_map(corners).collect());
-    let corners = |cell: &usize| mesh.cells()[cell * nodes..][..element.corners].iter().copied();
+    let corners = |&facet| mesh.nodes_of_facet(facet)[..element.facet_corners].to_vec();
+    let facets = mesh.facet_sets().get(name).map(|set| set.iter().map(corners).collect());
+    let corners = |cell: &usize| mesh.cells()[cell * nodes..][..element.corners].to_vec();
     // A label of cells may be one of facets too.
-    let cells = mesh.cells_of(name).filter(|_| !name.contains(':'));
-    let cells = cells.map(|set| set.iter().flat_map(corners).collect());
-    let own = mesh.node_sets().get(name).map(|set| set.iter().copied().collect());
+    let is_label = name.contains(':') || name.parse::<i64>().is_ok();
+    let cells = mesh.cells_of(name).filter(|_| !is_label);
+    let cells = cells.map(|set| set.iter().map(corners).collect());
+    let own = mesh.node_sets().get(name).filter(|set| !set.is_empty());
+    let own = own.map(|set| set.iter().map(|&node| vec![node]).collect());
     let kinds = [("nodes", own), ("facets", facets), ("cells", cells)];
-    let kinds: Vec<(_, BTreeSet<usize>)> =
+    let kinds: Vec<(_, Vec<Vec<usize>>)> =
         kinds.into_iter().filter_map(|(kind, set)| Some((kind, set?))).collect();
     let [(first, all), others @ ..] = &kinds[..] else { return Ok(()) };
-    match others.iter().find(|(_, other)| !other.is_subset(all)) {
+    let known: BTreeSet<usize> = all.iter().flatten().copied().collect();
+    let is_apart = |member: &Vec<usize>| !member.iter().any(|node| known.contains(node));
+    match others.iter().find(|(_, other)| other.iter().any(is_apart)) {
         None => Ok(()),
         Some((kind, other)) => Err(format!(
-            "`{name}` is a set of {first} with {} nodes and one of {kind} with {}; give each a name of its own in the mesh file",
+            "`{name}` is a set of {} {first} and one of {} {kind} elsewhere; give each a name of its own in the mesh file",
             all.len(),
             other.len()
         )),

@@ -175,11 +175,11 @@ impl PatientFile {
         let (source, key) = (&self.case.source, other.unwrap_or_default().to_string());
         source.refuse_if(other.is_some(), &["data", number], || {
             let at = match source.line_of(&["data", &key]) {
-                Some(line) => format!("line {line}"),
-                None => format!("entry {key} of the data"),
+                Some(line) => format!("in line {line}"),
+                None => format!("in entry {key} of [[data]]"),
             };
             format!(
-                "`{seen}` is measured on {at} already; keep one, or give the mean of repeated measurements with its standard deviation"
+                "`{seen}` is given {at} already; keep one, or give the mean of repeated measurements with its standard deviation"
             )
         })
     }

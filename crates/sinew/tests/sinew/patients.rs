@@ -121,7 +121,7 @@ fn mistakes_are_refused_with_their_place() {
     says(
         "phase = \"high\"\nvalue = ",
         "phase = \"low\"\nvalue = ",
-        &["line 30, data.1", "`volume of endo at low` is measured on line 23 already"],
+        &["line 30, data.1", "`volume of endo at low` is given in line 23 already"],
     );
     for (setting, advice) in [
         ("pressure_common = 5", "write 0.05 for 5 %"),

@@ -471,3 +471,15 @@ fn outputs_of_one_curve_share_the_error_of_the_emulator() {
     let (one, all) = (deviation(1), deviation(20));
     assert!(all > 0.6 * one, "{all:e} by 20 outputs, {one:e} by one");
 }
+
+#[test]
+fn a_row_of_many_runs_is_no_cluster_of_twins() {
+    // Neighbours are nearer than in a filled box of ten parameters, from the first run to the last.
+    let parameters: Vec<_> =
+        (0..10).map(|d| Parameter::linear(format!("p{d}"), "1", 0.0..=1.0)).collect();
+    let thetas: Vec<_> = (0..200).map(|run| vec![f64::from(run) / 199.0; 10]).collect();
+    let values = thetas.iter().map(|theta| vec![theta[0].exp()]).collect();
+    let outputs = [Output { name: "y".into(), unit: "1".into(), values }];
+    let emulator = RunsEmulator::fit(parameters, &thetas, &outputs, None, &mut ()).unwrap();
+    assert!(emulator.warnings[0].contains("follows from the other parameters"));
+}

@@ -20,7 +20,7 @@ const DETERMINED: f64 = 0.01;
 const ROUNDING: f64 = 1e-8;
 
 /// Runs to leave out in turn, by groups: each run alone; where at least half of the runs share values of a parameter, the runs of each
-/// value but the ends, beyond which nothing is predicted; where at least half have near twins, the twins together.
+/// value but that parameter's ends, beyond which nothing is predicted; where at least half have near twins, the twins together.
 pub(crate) fn partitions(points: &DMatrix<f64>) -> Vec<Groups> {
     let (runs, variables) = points.shape();
     let are_shared = |groups: &Groups| {
@@ -32,7 +32,9 @@ pub(crate) fn partitions(points: &DMatrix<f64>) -> Vec<Groups> {
         are_shared(&groups).then(|| groups.get(1..groups.len() - 1).unwrap_or_default().to_vec())
     };
     let spacing = WIDTH * (runs as f64).powf(-1.0 / variables as f64);
-    let twins = Some(clusters(points, NEAR * spacing)).filter(are_shared);
+    // A row of many runs along a line is no cluster of twins.
+    let twins = clusters(points, NEAR * spacing);
+    let twins = Some(twins).filter(|groups| groups.len() > 2 && are_shared(groups));
     let shared = (0..variables).map(inner).chain([twins]).flatten();
     let alone = (0..runs).map(|run| vec![run]).collect();
     std::iter::once(alone).chain(shared.filter(|groups| !groups.is_empty())).collect()
@@ -106,6 +108,9 @@ fn left(others: impl Iterator<Item = DMatrix<f64>>, column: DMatrix<f64>) -> f64
     let constant = DMatrix::from_element(column.nrows(), 1, 1.0);
     let size = column.add_scalar(-column.mean()).norm();
     let columns: Vec<_> = std::iter::once(constant).chain(others).chain([column]).collect();
+    if columns.len() > columns[0].nrows() {
+        return 0.0;
+    }
     let columns: Vec<_> = columns.iter().map(|of| of.column(0)).collect();
     let residuals = DMatrix::from_columns(&columns).qr().r().diagonal();
     residuals[residuals.len() - 1].abs() / size.max(ROUNDING)

@@ -4,7 +4,7 @@ use super::enriched::{Enriched, Modes};
 use crate::diagnose::stress::law_gradients;
 use crate::elements::{PredictedStress, State, System, Unknowns, inverse, place};
 use crate::linear::systems::CORRECTION;
-use crate::linear::{MOST_SHIFTS, add, dot};
+use crate::linear::{add, dot};
 use crate::{Method, Result, SolveError};
 use sinew_energy::{Body, Response, with_nodes};
 use sinew_num::Mat3;
@@ -128,7 +128,7 @@ impl System<'_> {
     fn respond(&mut self, rate: &[f64], motion: &[f64], more: bool) -> Result<(Vec<f64>, bool)> {
         let mut change: Vec<f64> = rate.iter().map(|r| -r).collect();
         let iterates = !more && self.method == Method::Aggregation;
-        let iterated = iterates.then(|| self.iterate(&change, CORRECTION, MOST_SHIFTS)).flatten();
+        let iterated = iterates.then(|| self.iterate(&change, CORRECTION, 1)).flatten();
         let shift = match iterated {
             Some((iterated, shift)) => {
                 change = iterated;

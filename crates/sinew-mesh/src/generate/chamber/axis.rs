@@ -127,7 +127,7 @@ fn farthest(points: &[Point], measure: impl Fn(&Point) -> f64) -> Point {
 
 /// The edges that belong to one triangle only, along it; points at the same place are one.
 pub(super) fn rims(surface: &TriangleMesh) -> Vec<[usize; 2]> {
-    let place = merged(&surface.points, 0.0);
+    let place = merged(&surface.points, |_| 0.0);
     let edges = surface.cells.iter().flat_map(|cell| {
         let [a, b, c] = cell.map(|node| place[node]);
         [[a, b], [b, c], [c, a]]

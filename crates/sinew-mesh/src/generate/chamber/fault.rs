@@ -101,7 +101,7 @@ fn places(inner: &TriangleMesh, outer: &TriangleMesh, trees: &Trees) -> Option<C
 
 /// Several pieces without a common point.
 fn pieces(surface: &'static str, of: &TriangleMesh) -> Option<ChamberError> {
-    let place = merged(&of.points, 0.0);
+    let place = merged(&of.points, |_| 0.0);
     let cells: Vec<_> = of.cells.iter().map(|cell| cell.map(|node| place[node])).collect();
     let (pieces, [first, second], at) = parts(of, &cells)?;
     Some(ChamberError::Surfaces(format!(
