@@ -356,8 +356,9 @@ fn met_exactly(points: &DMatrix<f64>, names: &[&str], left_out: &[LeftOut]) -> V
     exact.filter(|_| !few.is_empty()).map(told).collect()
 }
 
-/// Correlation of errors over their deviations, by outputs. It is shrunk towards none by the part of the squares that is noise of so many runs, `1/n`
-/// at least, so that it is positive definite (Schäfer & Strimmer, Stat. Appl. Genet. Mol. Biol. 4, 2005).
+/// Correlation of errors over their deviations, by outputs. It is shrunk by `1/n` of n runs, so that it is positive definite. As many outputs as
+/// runs or more leave directions without an error: there by the part of the squares that is noise (Schäfer & Strimmer, Stat. Appl. Genet.
+/// Mol. Biol. 4, 2005).
 fn correlation(errors: &[Vec<(f64, f64)>], runs: f64) -> Vec<Vec<f64>> {
     let ratios = |errors: &Vec<(f64, f64)>| {
         DVector::from_iterator(errors.len(), errors.iter().map(|(error, of)| error / of))
@@ -372,7 +373,7 @@ fn correlation(errors: &[Vec<(f64, f64)>], runs: f64) -> Vec<Vec<f64>> {
     let pairs: Vec<f64> = pairs.collect();
     let noise = pairs.iter().map(|square| (1.0 - square).powi(2) / runs).sum::<f64>();
     let noise = noise / pairs.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-    let kept = 1.0 - noise.clamp(1.0 / runs, 1.0);
+    let kept = 1.0 - if (count as f64) < runs { 1.0 / runs } else { noise.clamp(1.0 / runs, 1.0) };
     let of = |one, other| if one == other { 1.0 } else { kept * raw([one, other]) };
     (0..count).map(|one| (0..count).map(|other| of(one, other)).collect()).collect()
 }

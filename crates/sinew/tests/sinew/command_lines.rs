@@ -27,7 +27,7 @@ const COMMAND_LINES: [(&str, &[&str]); 59] = [
     ("solve", &["<CASE>", "--help"]),
     ("solve plat.toml", &["plat.toml", "built-in scenes"]),
     ("solve OnceClampedBeem", &["did you mean `OnceClampedBeam`?"]),
-    ("solve .", &["the case file . cannot be read"]),
+    ("solve .", &["this is a folder", "name a case file"]),
     ("solve plate.toml --thetas mu=9", &["--thetas", "'--theta'"]),
     ("solve plate.toml --mesh none.vtk", &["no file none.vtk"]),
     ("solve plate.toml --mesh plate.toml", &["--mesh plate.toml: "]),
