@@ -52,7 +52,7 @@ impl fmt::Display for Place {
 pub enum Problem {
     /// An unknown format.
     #[error(
-        "this is neither legacy VTK, VTU, VTP, gmsh MSH, Abaqus or CalculiX input (.inp), STL, OBJ nor CARP (.pts with .elem); \
+        "this is neither legacy VTK, VTU, VTP, gmsh MSH, Abaqus or CalculiX input (.inp), STL nor CARP (.pts with .elem); \
          convert the mesh to one of them, for example with `meshio convert`"
     )]
     UnknownFormat,

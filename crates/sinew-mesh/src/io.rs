@@ -11,7 +11,6 @@ mod inp_elements;
 mod inp_lines;
 mod npy;
 mod number;
-mod obj;
 mod polydata;
 mod sets;
 mod stl;
@@ -27,13 +26,13 @@ pub use convert::ReadReport;
 pub(crate) use cursor::save;
 pub use grid::MixedMesh;
 pub use npy::{NpyArray, parse_npy, to_npy, to_npy_of};
-pub use write::{DISPLACEMENT, to_obj, to_stl, to_vtp, to_vtu, write_pvd};
+pub use write::{DISPLACEMENT, to_stl, to_vtp, to_vtu, write_pvd};
 pub(crate) use write::{GRID, to_xml};
 
 use crate::{AnyMesh, Element, Mesh, MeshError, Place, Problem};
 use cursor::{Fault, load};
 
-/// Reads a mesh from a legacy VTK, VTU, VTP, gmsh MSH, Abaqus or CalculiX input, STL or OBJ file, or from the files of a CARP mesh.
+/// Reads a mesh from a legacy VTK, VTU, VTP, gmsh MSH, STL, Abaqus or CalculiX input file, or from the files of a CARP mesh.
 /// The content decides the format and the kind of cell: the first that the file has of quadratic tetrahedra, hexahedra, tetrahedra,
 /// quadratic triangles and triangles. CARP meshes are told by the name: `heart.pts`, `heart.elem`, or `heart` alone.
 ///
@@ -168,7 +167,6 @@ fn parse_grid(file: &str, bytes: &[u8]) -> Result<MixedMesh, Fault> {
         _ if content.starts_with(vtk::MAGIC) => vtk::parse(bytes),
         _ if stl::is_binary(bytes) || stl::is_text(content) => stl::parse(bytes),
         _ if inp::looks_like_it(content) => inp::parse(bytes),
-        _ if obj::looks_like_it(content) => obj::parse(bytes),
         // Binary STL with a wrong length is recognised by its name only.
         _ if file.to_ascii_lowercase().ends_with(".stl") => stl::parse(bytes),
         _ => Err((Place::default(), Problem::UnknownFormat)),

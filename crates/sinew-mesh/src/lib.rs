@@ -45,7 +45,6 @@
 //! | legacy VTK, text and binary | grids and surfaces (POLYDATA); 2.0 to 4.2, 5.1 | |
 //! | VTU, VTP | text, base64, appended raw or base64; plain or zlib | [`write_vtu`], [`to_vtp`]: base64 |
 //! | STL, text and binary | corners at the same place become one node | [`to_stl`] |
-//! | OBJ | faces, lines and groups | [`to_obj`] |
 //! | PVD | | [`write_pvd`] |
 //! | gmsh MSH, text and binary | 2.2, 4.1, with parametric nodes or in partitions | |
 //! | Abaqus and CalculiX input (inp) | one body, flat or as one part with one instance, either with the mesh | |
@@ -64,7 +63,7 @@
 //! strips of surfaces are read as triangles, voxels as hexahedra, Lagrange cells of first and second order as the cells that they equal. Arrays of text and bits, element data of
 //! the boundary alone, masses, springs, reference points and elements of an Abaqus assembly are left out; the report names
 //! them. Other cells, and cells folded over, are refused with advice; so are XDMF, FEBio, DOLFIN XML, Nastran, LS-DYNA, MEDIT,
-//! PLY, OFF, HDF5, Exodus, Netgen, I-DEAS universal, SU2 and Tecplot files, by name.
+//! OBJ, PLY, OFF, HDF5, Exodus, Netgen, I-DEAS universal, SU2 and Tecplot files, by name.
 //!
 //! CARP files are told by their names, not by their content. Coordinates become mm, as [`ReadReport::in_micrometres`] says; labels are
 //! the cell field `region`, directions the cell fields `fibre` and `sheet`, zero where an element has none. `.surf` files in the folder
@@ -112,7 +111,7 @@ pub use geometry::{
 };
 pub use io::{
     DISPLACEMENT, MixedMesh, NpyArray, ReadReport, parse, parse_mesh, parse_npy, read, read_merged,
-    read_mesh, read_npy, to_npy, to_npy_of, to_obj, to_stl, to_vtp, to_vtu, write_carp, write_pvd,
+    read_mesh, read_npy, to_npy, to_npy_of, to_stl, to_vtp, to_vtu, write_carp, write_pvd,
     write_vtu,
 };
 pub use mesh::{

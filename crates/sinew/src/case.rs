@@ -143,7 +143,7 @@ const MOST_LOST: [(Formulation, f64); 2] =
     [(Formulation::Plain, 0.15), (Formulation::Averaged, 0.3)];
 
 /// Endings of files of meshes.
-const MESHES: [&str; 9] = ["vtk", "vtu", "vtp", "msh", "inp", "stl", "obj", "pts", "elem"];
+const MESHES: [&str; 8] = ["vtk", "vtu", "vtp", "msh", "inp", "stl", "pts", "elem"];
 
 impl Case {
     /// Reads a case file, or the built-in scene of that name where there is no such file. A mesh file is relative to the

@@ -7,22 +7,24 @@ type Foreign = (&'static [&'static [u8]], &'static [&'static [u8]], &'static str
 const BY_MESHIO: &str = "write it as .vtu with `meshio convert`";
 const FROM_DOLFINX: &str = "write it as .vtu with `meshio convert`, or from DOLFINx with `VTKFile`";
 const FROM_PREPOST: &str = "save the mesh from LS-PrePost as Abaqus input";
+const AS_STL: &str = "save the surface as .stl";
 const NASTRAN: &[&[u8]] = &[b"$", b"SOL ", b"CEND", b"BEGIN", b"GRID"];
 
-const FORMATS: [Foreign; 14] = [
+const FORMATS: [Foreign; 15] = [
     (&[b"<"], &[b"<Xdmf"], "XDMF", FROM_DOLFINX),
     (&[b"<"], &[b"<febio_spec"], "FEBio (.feb)", "save the mesh from FEBio Studio as .vtk or .inp"),
     (&[b"<"], &[b"<dolfin"], "DOLFIN XML", BY_MESHIO),
     (&[b"$", b"*KEYWORD"], &[b"*KEYWORD"], "LS-DYNA keyword", FROM_PREPOST),
     (NASTRAN, &[b"BEGIN BULK", b"GRID "], "Nastran bulk data", BY_MESHIO),
     (&[b"MeshVersionFormatted"], &[], "MEDIT (.mesh)", BY_MESHIO),
-    (&[b"ply\n", b"ply\r"], &[], "PLY", "save the surface as .stl or .obj"),
+    (&[b"ply\n", b"ply\r"], &[], "PLY", AS_STL),
+    (&[b"v ", b"o ", b"mtllib", b"# Blender"], &[b"v "], "OBJ", AS_STL),
     (&[b"\x89HDF"], &[], "HDF5 (MED, CGNS or the data of XDMF)", BY_MESHIO),
     (&[b"CDF\x01", b"CDF\x02"], &[], "Exodus", BY_MESHIO),
     (&[b"-1"], &[b"2411", b"2420"], "I-DEAS universal (.unv)", "save it as .msh"),
     (&[b"NDIME="], &[], "SU2", BY_MESHIO),
     (&[b"TITLE", b"VARIABLES"], &[b"ZONE"], "Tecplot", BY_MESHIO),
-    (&[b"OFF\n", b"OFF\r"], &[], "OFF", "save the surface as .stl or .obj"),
+    (&[b"OFF\n", b"OFF\r"], &[], "OFF", AS_STL),
     (&[b"mesh3d", b"dimension"], &[b"volumeelements"], "Netgen (.vol)", "export it as gmsh2"),
 ];
 

@@ -98,7 +98,7 @@ impl PolyData {
 }
 
 /// Adds one cell, a polygon or strip as triangles.
-pub(crate) fn add(grid: &mut MixedMesh, kind: Kind, nodes: &[i64]) {
+fn add(grid: &mut MixedMesh, kind: Kind, nodes: &[i64]) {
     match (kind, nodes) {
         (Kind::Vertices, [_]) => grid.push(1, nodes),
         (Kind::Vertices, _) => grid.push(2, nodes),

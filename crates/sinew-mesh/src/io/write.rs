@@ -1,4 +1,4 @@
-//! Writing VTU, VTP, STL and OBJ files, and PVD series.
+//! Writing VTU, VTP and STL files, and PVD series.
 
 use super::cursor::save;
 use super::sets::fields_with_sets;
@@ -6,7 +6,6 @@ use crate::{Defect, Field, FieldValues, Mesh, MeshError, TriangleMesh};
 use base64::{Engine, engine::general_purpose::STANDARD};
 use quick_xml::escape::escape;
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::path::Path;
 
 /// Point field of displacements, which programs are told to move the mesh by.
@@ -47,22 +46,6 @@ pub fn to_stl(mesh: &TriangleMesh) -> Result<Vec<u8>, MeshError> {
         bytes.extend([0; 2]);
     }
     Ok(bytes)
-}
-
-/// A surface as an OBJ file, which keeps points and triangles bit for bit, but no fields and sets.
-///
-/// # Errors
-/// When the mesh breaks a rule of [`crate::Mesh::check`].
-pub fn to_obj(mesh: &TriangleMesh) -> Result<Vec<u8>, MeshError> {
-    mesh.check()?;
-    let mut text = String::from("# sinew mesh\n");
-    for [x, y, z] in &mesh.points {
-        let _ = writeln!(text, "v {x:?} {y:?} {z:?}");
-    }
-    for [a, b, c] in mesh.cells.iter().map(|cell| cell.map(|node| node + 1)) {
-        let _ = writeln!(text, "f {a} {b} {c}");
-    }
-    Ok(text.into_bytes())
 }
 
 /// A VTK data set and its list of cells: of any kind, and of polygons.

@@ -166,7 +166,7 @@ fn refused_files_say_what_to_do() {
     assert!(quadratic.contains("quadratic") && quadratic.contains("linear"), "{quadratic}");
     let python = message("generate.py");
     assert!(
-        python.contains("neither legacy VTK") && python.contains("(.inp), STL, OBJ nor CARP"),
+        python.contains("neither legacy VTK") && python.contains("(.inp), STL nor CARP"),
         "{python}"
     );
     assert!(message("no_such_file.vtk").contains("check the path"));

@@ -104,7 +104,7 @@ fn files_are_read_by_place_surface_and_format() {
     let surface = |set: &str| sinew_mesh::extract_surface(&wall, &wall.facet_sets[set]);
     let [inner, outer] = ["endo", "epi"].map(surface);
     std::fs::write(path("inner.stl"), sinew_mesh::to_stl(&inner).unwrap()).unwrap();
-    std::fs::write(path("outer.obj"), sinew_mesh::to_obj(&outer).unwrap()).unwrap();
+    std::fs::write(path("outer.vtp"), sinew_mesh::to_vtp(&outer).unwrap()).unwrap();
     let mut bare = wall.clone();
     bare.node_sets.clear();
     bare.facet_sets.clear();
@@ -119,7 +119,7 @@ fn files_are_read_by_place_surface_and_format() {
     };
     let top = wall.node_sets["base"].iter().map(|&node| wall.points[node][2]).next().unwrap();
     let select = format!(
-        "[select.cavity]\nnear = {{ surface = \"inner.stl\", within = 0.01, rather_than = [\"outer.obj\"] }}\n\
+        "[select.cavity]\nnear = {{ surface = \"inner.stl\", within = 0.01, rather_than = [\"outer.vtp\"] }}\n\
          [select.top]\nplane = {{ point = [0.0, 0.0, {}], normal = [0.0, 0.0, 1.0] }}\n",
         10.0 * top
     );
