@@ -49,8 +49,8 @@ pub struct CurvePoint {
 
 /// Next step of the continuation.
 enum Stage {
-    /// The equilibrium at the line's start, from a state near it.
-    Start(Option<Unknowns>),
+    /// The equilibrium at the line's start.
+    Start,
     /// Another one along the curve.
     Along,
     End,
@@ -90,39 +90,15 @@ impl<'p> Solver<'p> {
     /// # Errors
     /// A line whose ends are not of the body or are the same.
     pub fn follow<'s>(&'s mut self, line: &Line, options: &Options) -> Result<Curve<'s, 'p>> {
-        Curve::new(&mut self.system, None, line, options)
-    }
-
-    /// [`Solver::follow`] from a given displacement \[length\] near one of several equilibria at the line's start.
-    ///
-    /// # Errors
-    /// As for [`Solver::follow`], and a displacement of the wrong length or that is not finite.
-    pub fn follow_from<'s>(
-        &'s mut self,
-        initial: &[f64],
-        line: &Line,
-        options: &Options,
-    ) -> Result<Curve<'s, 'p>> {
-        let from = Some(self.at(initial, &line.thetas[0])?);
-        Curve::new(&mut self.system, from, line, options)
+        line.check(&self.system)?;
+        let path = Path::from_rest(&mut self.system, line.clone(), options);
+        let (stage, step, longest) = (Stage::Start, options.first_load_step, f64::INFINITY);
+        let tangent = (Vec::new(), true);
+        Ok(Curve { path, stage, tangent, scale: 1.0, step, least: 0.0, longest })
     }
 }
 
-impl<'s, 'p> Curve<'s, 'p> {
-    fn new(
-        system: &'s mut System<'p>,
-        from: Option<Unknowns>,
-        line: &Line,
-        options: &Options,
-    ) -> Result<Self> {
-        line.check(system)?;
-        let path = Path::from_rest(system, line.clone(), options);
-        let step = options.first_load_step;
-        let (stage, longest) = (Stage::Start(from), f64::INFINITY);
-        let tangent = (Vec::new(), true);
-        Ok(Self { path, stage, tangent, scale: 1.0, step, least: 0.0, longest })
-    }
-
+impl Curve<'_, '_> {
     /// Bounds the arc length between two equilibria, for a smooth plot. The whole line is about 1.4 long where the body
     /// responds linearly.
     ///
@@ -136,20 +112,15 @@ impl<'s, 'p> Curve<'s, 'p> {
     }
 
     /// The equilibrium at the line's start.
-    fn start(&mut self, from: Option<Unknowns>) -> Result<Equilibrium> {
+    fn start(&mut self) -> Result<Equilibrium> {
         let path = &mut self.path;
         let (load, theta) = path.line.at(0.0);
-        let unknowns = match from {
-            Some(from) => from,
-            None => {
-                let rest = path.system.rest();
-                let line = Line { load_factors: [0.0, load], thetas: [theta.clone(), theta] };
-                let mut risen = Path::from_rest(path.system, line, &path.options);
-                let (found, _) = risen.run(rest)?;
-                path.log = risen.log;
-                found.unknowns
-            }
-        };
+        let rest = path.system.rest();
+        let line = Line { load_factors: [0.0, load], thetas: [theta.clone(), theta] };
+        let mut risen = Path::from_rest(path.system, line, &path.options);
+        let (found, _) = risen.run(rest)?;
+        path.log = risen.log;
+        let unknowns = found.unknowns;
         if load == 0.0 {
             self.step = self.step.min(path.first_step());
         }
@@ -267,7 +238,7 @@ impl Iterator for Curve<'_, '_> {
     fn next(&mut self) -> Option<Self::Item> {
         let start = Instant::now();
         let found = match std::mem::replace(&mut self.stage, Stage::Along) {
-            Stage::Start(from) => self.start(from),
+            Stage::Start => self.start(),
             Stage::Along => self.next_one(),
             Stage::End => {
                 self.stage = Stage::End;

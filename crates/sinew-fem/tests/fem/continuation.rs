@@ -183,9 +183,9 @@ fn prescribed_motions_are_followed_where_solves_at_once_lead_as_well() {
     assert!(off < EXACT, "{off}");
 }
 
-/// Continuation from a stable state under a load to another θ under another load, and from a state beyond the snap back.
+/// Continuation from a stable state under a load to another θ under another load.
 #[test]
-fn lines_start_at_any_load_and_from_any_equilibrium() {
+fn lines_start_at_any_load() {
     let body = arch(-1e-2, Support::uniform("x_max", SYMMETRY));
     let mut solver = Solver::new(&body).unwrap();
     let options = Options::default();
@@ -197,14 +197,6 @@ fn lines_start_at_any_load_and_from_any_equilibrium() {
     assert_eq!([first, last].map(|point| point.solution.load_factor), [0.4, 0.7]);
     assert_eq!(last.solution.theta, ends[1]);
     assert!(points.windows(2).all(|pair| pair[0].place < pair[1].place));
-
-    let snapped = solver.solve(&ARCH, &options).unwrap().displacement;
-    let back = Line { load_factors: [1.0, 0.6], ..Line::of_loads(&ARCH) };
-    let kept: Result<Vec<_>, _> = solver.follow_from(&snapped, &back, &options).unwrap().collect();
-    let kept = kept.unwrap();
-    let below = kept.iter().map(|point| lowest(&point.solution.displacement));
-    assert!(below.into_iter().all(|z| z < -11.0), "it has not snapped back");
-    assert_eq!(kept[kept.len() - 1].solution.load_factor, 0.6);
 }
 
 /// Half of the loads are the whole of half as large ones, for whatever reads a solution on the way.
@@ -264,9 +256,6 @@ fn loose_pressures_in_theta_are_followed() {
     let pairs = once.displacement.iter().zip(&last.solution.displacement);
     assert!(pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < EXACT);
     assert!(solver.follow(&Line::of_loads(&[1.0, 1.0]), &options).is_err());
-    let back = Line::of_theta([&ends[1], &ends[0]]);
-    let back = solver.follow_from(&once.displacement, &back, &options).unwrap();
-    assert_eq!(back.map(Result::unwrap).last().unwrap().place, 1.0);
 }
 
 #[test]
