@@ -6,7 +6,7 @@ mod defects;
 pub(crate) mod plan;
 
 use crate::error::require;
-use crate::estimate::evaluate::{difference, share};
+use crate::estimate::evaluate::share;
 use crate::parameters::{check_length, extrapolation};
 use crate::predict::taylor;
 use crate::refine::plan::Method;
@@ -14,7 +14,7 @@ use crate::{Body, Emulator, Estimate, Prediction, Result, Warning};
 use rayon::prelude::*;
 use sinew_energy::metrics::mean_and_largest;
 use sinew_fem::{FrozenStiffness, NewtonStep, Refined, Solution, SolveError, Solver, Stop};
-use sinew_num::dot;
+use sinew_num::{difference, dot};
 
 /// Rounds of Newton steps at most. Each round about squares the error.
 const MOST_ROUNDS: usize = 3;

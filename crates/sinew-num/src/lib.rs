@@ -43,4 +43,4 @@ pub use scalar::Scalar;
 pub use simd::{Instructions, instructions};
 pub use single::Single;
 pub use taylor::{Jet, Slope, Taylor};
-pub use vector::{add3, cross, dot, dot3, norm, sub3, sum};
+pub use vector::{add3, cross, difference, dot, dot3, norm, sub3, sum};

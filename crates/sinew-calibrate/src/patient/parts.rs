@@ -6,6 +6,7 @@ use crate::setting::Entry;
 use rayon::prelude::*;
 use sinew_energy::Body;
 use sinew_fem::{Options, Solution, Unload, UnloadOptions, Unloaded};
+use sinew_num::difference;
 
 /// Iterations from a predicted body at rest at most. If it is farther off, the search from the image is as fast.
 const NEAR: usize = 12;
@@ -266,10 +267,6 @@ pub(super) fn values(entries: &[Entry], theta: &[f64]) -> Vec<f64> {
 fn directions(entries: &[Entry], theta: &[f64]) -> Vec<Vec<f64>> {
     let along = |parameter| entries.iter().map(|entry| entry.slope(theta, parameter)).collect();
     (0..theta.len()).map(along).collect()
-}
-
-fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
 /// Distance between two θ, each entry relative to its size.

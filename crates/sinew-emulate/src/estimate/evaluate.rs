@@ -182,11 +182,6 @@ pub(crate) fn misfits(found: usize, expected: usize, length: usize) -> Error {
     ))
 }
 
-/// Components of `a − b`.
-pub(crate) fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| a - b).collect()
-}
-
 /// Measure by which weights, fits and recipes are chosen: root mean square of `‖u − û‖ / ‖u‖` over the cases, times one
 /// plus the share of inverted predictions. Of two similar candidates the admissible one is chosen.
 ///

@@ -1,7 +1,7 @@
 //! An emulator against a test set: errors raw and corrected, estimates, times.
 
 use crate::estimate::evaluate::{
-    Errors, Quantiles, TestSet, difference, median, median_seconds, misfits, share,
+    Errors, Quantiles, TestSet, median, median_seconds, misfits, share,
 };
 use crate::parameters::check_length;
 use crate::{Calibration, Emulator, Result};
@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_energy::metrics::mean_and_largest;
 use sinew_fem::{NewtonStep, Options, SolveError, Solver};
-use sinew_num::norm;
+use sinew_num::{difference, norm};
 use std::time::Instant;
 
 /// Repetitions behind every prediction time.

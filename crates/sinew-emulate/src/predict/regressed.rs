@@ -1,6 +1,5 @@
 //! Regressions of simulations, of what a Taylor expansion leaves of them, and the expansion alone; a frozen stiffness.
 
-use crate::estimate::evaluate::difference;
 use crate::predict::Predictor;
 use crate::predict::taylor::{self, TaylorExpansion};
 use crate::store::record::Record;
@@ -8,6 +7,7 @@ use crate::store::{read_json, write_json};
 use crate::{Body, Emulator, Error, PodRegression, Result};
 use rayon::prelude::*;
 use sinew_fem::FrozenStiffness;
+use sinew_num::difference;
 use std::path::Path;
 
 const FILE: &str = "taylor.json";

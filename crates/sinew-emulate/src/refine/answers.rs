@@ -1,7 +1,6 @@
 //! Answers at many parameter sets: by Newton steps from predictions, by a regression of the answers so far, or by the
 //! solver.
 
-use crate::estimate::evaluate::difference;
 use crate::parameters::extrapolation;
 use crate::recipe::progress::{Counter, Observer};
 use crate::refine::defects::{Defect, corrected, is_finite, place};
@@ -10,6 +9,7 @@ use crate::refine::{Answer, confirmed, is_far};
 use crate::{Body, Emulator, Error, PodRegression, Result};
 use rayon::prelude::*;
 use sinew_fem::{CHAIN, Options, Refined, SolveError, Solver, Stop, neighbours, sweep};
+use sinew_num::difference;
 use std::time::Instant;
 
 /// Answers between two progress reports: several chains of neighbours.

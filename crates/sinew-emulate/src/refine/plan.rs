@@ -1,6 +1,5 @@
 //! The planner: many parameter sets to an accuracy, by the method that costs least.
 
-use crate::estimate::evaluate::difference;
 use crate::parameters::check_length;
 use crate::recipe::progress::{Counter, Observer};
 use crate::refine::{MOST_STEPS, check_accuracy, confirmed};
@@ -9,6 +8,7 @@ use crate::{Body, Emulator, Result, Warning};
 use serde::{Deserialize, Serialize};
 use sinew_energy::metrics::mean_and_largest;
 use sinew_fem::{CHAIN, LoadSteps, Options, Solution, Solver};
+use sinew_num::difference;
 
 /// Parameter sets below which no cost is measured, because measuring takes two solves. An emulator answers if there is one,
 /// else the solver.

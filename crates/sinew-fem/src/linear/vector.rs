@@ -1,6 +1,6 @@
 //! Products and norms of vectors.
 
-pub(crate) use sinew_num::dot;
+pub(crate) use sinew_num::{difference, dot};
 
 /// Root of a sum of squares, which overflows or vanishes only where the root does.
 #[derive(Clone, Copy, Debug, Default)]
@@ -46,11 +46,6 @@ pub(crate) fn norm(x: &[f64]) -> f64 {
 /// Adds a multiple of a vector.
 pub(crate) fn add(to: &mut [f64], factor: f64, from: &[f64]) {
     to.iter_mut().zip(from).for_each(|(to, from)| *to += factor * from);
-}
-
-/// `a − b`.
-pub(crate) fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
 /// Residual relative to a force; zero for 0/0.
