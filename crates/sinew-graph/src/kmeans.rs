@@ -152,7 +152,7 @@ fn fill_empty_clusters(leaves: &[[f64; 3]], roots: usize, clusters: &mut [usize]
 }
 
 /// Squared distance of each leaf from the mean of its cluster.
-pub(crate) fn squared_distances(leaves: &[[f64; 3]], roots: usize, clusters: &[usize]) -> Vec<f64> {
+fn squared_distances(leaves: &[[f64; 3]], roots: usize, clusters: &[usize]) -> Vec<f64> {
     let means = cluster_means(leaves.as_flattened(), 3, clusters, roots);
     let means = means.as_chunks().0;
     leaves.iter().zip(clusters).map(|(leaf, &root)| squared_distance(leaf, &means[root])).collect()

@@ -1,6 +1,6 @@
 //! Nodes, edges and clusters of an augmented graph.
 
-use crate::{GraphError, kmeans::squared_distances, pool_positions};
+use crate::GraphError;
 use serde::{Deserialize, Serialize};
 use sinew_num::{ascending, connected_components};
 use std::ops::Range;
@@ -45,21 +45,6 @@ impl Topology {
     /// The edges as `[sender, receiver]`.
     pub fn edges(&self) -> impl ExactSizeIterator<Item = [usize; 2]> {
         self.senders.iter().zip(&self.receivers).map(|(&sender, &receiver)| [sender, receiver])
-    }
-
-    /// Mean squared distance of the nodes of each layer but the last from their roots, the
-    /// quantity k-means minimises [squared length unit of the positions].
-    ///
-    /// # Errors
-    /// As for [`pool_positions`].
-    pub fn inertia_per_leaf(&self, positions: &[[f64; 3]]) -> Result<Vec<f64>, GraphError> {
-        let positions = pool_positions(self, positions)?;
-        let inertia = |(layer, clusters): (usize, &Vec<usize>)| {
-            let leaves = &positions[self.layer(layer)];
-            let distances = squared_distances(leaves, self.roots_per_layer[layer], clusters);
-            distances.iter().sum::<f64>() / leaves.len() as f64
-        };
-        Ok(self.clusters.iter().enumerate().map(inertia).collect())
     }
 
     /// Checks every promise of this type, among them that all nodes are connected.

@@ -51,5 +51,5 @@ fn starts_are_distinct_where_positions_are() {
     let topology = clustered(&nodes, 20, 1, 3);
     let expected: Vec<usize> = (0..20).chain([7]).collect();
     assert_eq!(topology.clusters[0], expected);
-    assert_eq!(topology.inertia_per_leaf(&nodes).unwrap()[0], 0.0);
+    assert_eq!(crate::inertia(&topology, &nodes), 0.0);
 }
