@@ -5,7 +5,7 @@
 //! predictor extrapolates the last equilibria, or follows the tangent where the two disagree. The corrector searches on
 //! the plane through the predictor, normal to the step.
 
-use crate::elements::{System, Unknowns, place};
+use crate::elements::{Unknowns, place};
 use crate::linear::{dot, norm};
 use crate::solve::{Equilibrium, Line, Path, Plane, Point};
 use crate::{Options, Result, Solution, SolveError, Solver};
