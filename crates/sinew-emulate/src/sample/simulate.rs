@@ -17,8 +17,8 @@ use std::sync::{Mutex, PoisonError};
 /// numbers of an uninterrupted one; so does one within a block, but for chains of neighbours that took long (see `block.rs`).
 const BLOCK: usize = 100;
 
-/// Solutions of a block that are compared with that of a rising load, which costs two more solves each; of larger bodies than
-/// [`LARGEST_COMPARED`], in unknowns, none is.
+/// Solutions of a block that are compared with that of a rising load, which costs two more solves each; of bodies with more than
+/// 500 000 unknowns none is.
 pub const MOST_COMPARED: usize = 5;
 pub(crate) const LARGEST_COMPARED: usize = 500_000;
 
