@@ -25,7 +25,7 @@ const SWEPT: f64 = 4.0;
 /// Accuracy of the solution that an expansion is about, where an emulator predicts it first: far below the error of the expansion.
 const CENTRE: f64 = 1e-8;
 
-/// Mean distance of two equilibria of different branches at least [relative to the mean displacement]: far above what is left of either search.
+/// Mean distance of two equilibria of different branches at least [relative to the mean displacement]: far above the residual error of either search.
 const OTHER: f64 = 1e-4;
 /// Residual of equilibria under a part of the load; the last is solved to rounding errors.
 const ON_THE_WAY: f64 = 1e-5;
