@@ -53,31 +53,27 @@ pub fn augment(
         let positions: Vec<[f64; 3]> = means.as_chunks().0.to_vec();
 
         let first_root = first_leaf + leaves.len();
-        let upwards = cluster_of.iter().enumerate();
-        edges.extend(upwards.map(|(leaf, root)| [first_root + root, first_leaf + leaf]));
-        let last = layer + 1 == config.roots_per_layer.len();
-        let pairs =
-            if last { all_pairs(roots) } else { nearest_pairs(&positions, config.neighbours)? };
-        edges.extend(pairs.iter().map(|pair| pair.map(|root| first_root + root)));
-
+        // Those of the last layer are all joined.
+        if layer + 1 < config.roots_per_layer.len() {
+            let pairs = nearest_pairs(&positions, config.neighbours)?;
+            edges.extend(pairs.iter().map(|pair| pair.map(|root| first_root + root)));
+        }
         clusters.push(cluster_of);
         (leaves, first_leaf) = (positions, first_root);
     }
-    let edges = ascending(edges);
-    let topology = Topology {
+    let mut topology = Topology {
         real_nodes,
         nodes: first_leaf + leaves.len(),
-        senders: edges.iter().map(|edge| edge[0]).collect(),
-        receivers: edges.iter().map(|edge| edge[1]).collect(),
+        senders: Vec::new(),
+        receivers: Vec::new(),
         roots_per_layer: config.roots_per_layer.clone(),
         clusters,
     };
+    edges.extend(topology.edges_of_clusters());
+    (topology.senders, topology.receivers) =
+        ascending(edges).into_iter().map(|[sender, receiver]| (sender, receiver)).unzip();
     topology.validate()?;
     Ok(topology)
-}
-
-fn all_pairs(roots: usize) -> Vec<[usize; 2]> {
-    (0..roots).flat_map(|larger| (0..larger).map(move |smaller| [larger, smaller])).collect()
 }
 
 /// Positions relative to the bounding box, so that k-means' tolerance has a meaning.

@@ -33,7 +33,7 @@ const MOST_DISTANCES: usize = 1 << 23;
 /// k-means may leave a cluster empty, and does when positions coincide. Then the leaf farthest
 /// from its cluster's mean, the first of equals, becomes that cluster, until none is empty.
 ///
-/// Needs `1 ≤ roots ≤ leaves.len()` and finite positions of order one.
+/// Needs at least one run, `1 ≤ roots ≤ leaves.len()` and finite positions of order one.
 pub(crate) fn cluster(
     leaves: &[[f64; 3]],
     roots: usize,
@@ -78,12 +78,7 @@ fn cluster_at_once(
     runs: usize,
     random: &mut impl Rng,
 ) -> Result<Vec<usize>, GraphError> {
-    let failed = |reason: String| {
-        GraphError(format!(
-            "k-means of {} leaves into {roots} roots failed: {reason}",
-            leaves.len()
-        ))
-    };
+    let count = leaves.len();
     let records = Array2::from(leaves.to_vec());
     let dataset = DatasetBase::from(records.view());
     let mut best = (f64::INFINITY, Vec::new());
@@ -95,16 +90,15 @@ fn cluster_at_once(
             .tolerance(TOLERANCE)
             .max_n_iterations(ITERATIONS)
             .fit(&dataset)
-            .map_err(|error| failed(error.to_string()))?;
+            .map_err(|error| {
+                GraphError(format!("k-means of {count} leaves into {roots} roots failed: {error}"))
+            })?;
         let mut clusters = model.predict(&records).to_vec();
         fill_empty_clusters(leaves, roots, &mut clusters);
         let inertia = squared_distances(leaves, roots, &clusters).iter().sum();
         if inertia < best.0 {
             best = (inertia, clusters);
         }
-    }
-    if best.1.len() != leaves.len() {
-        return Err(failed("no run had a finite inertia".into()));
     }
     Ok(best.1)
 }

@@ -54,13 +54,16 @@ fn each_broken_promise_has_its_error() {
     );
     assert_eq!(
         broken(|t| t.clusters[0][1] = 1),
-        "node 1 of layer 0 is joined to 1 nodes of the layer above, of which 0 is its root: it must be exactly its root"
+        "node 1 of layer 0 is joined to node 4 of layer 1, which is not its root: between layers a node is joined to its root only"
     );
     let error = broken(|t| {
         t.senders.pop();
         t.receivers.pop();
     });
-    assert_eq!(error, "the 2 roots of the last layer share 0 edges, all 1 are needed");
+    assert_eq!(
+        error,
+        "node 4 is not joined to node 5: each node needs its root, and a root of the last layer all others there"
+    );
     assert_eq!(
         broken(|t| t.receivers.truncate(3)),
         "receivers: 8 expected, 3 found; build the topology with `augment`"
@@ -80,7 +83,7 @@ fn layers_must_follow_each_other() {
     topology.receivers.insert(8, 0);
     assert_eq!(
         topology.validate().unwrap_err().to_string(),
-        "edge 8 joins layer 2 to layer 0, which do not follow each other"
+        "node 0 of layer 0 is joined to node 6 of layer 2, which is not its root: between layers a node is joined to its root only"
     );
 }
 
