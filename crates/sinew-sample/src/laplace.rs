@@ -24,7 +24,7 @@ impl Laplace {
     pub fn from_precision(mode: &[f64], precision: DMatrix<f64>) -> Result<Self, SampleError> {
         let seen = format!("{} parameters, largest entry {:.1e}", mode.len(), precision.amax());
         let covariance = Cholesky::new(precision).map(|factor| factor.inverse());
-        Self::from_covariance(mode, covariance.ok_or(SampleError::Curvature(seen))?)
+        Self::from_covariance(mode, covariance.ok_or_else(|| SampleError::curvature(&seen))?)
     }
 
     /// Approximation with a covariance.
@@ -33,8 +33,8 @@ impl Laplace {
     /// A covariance that is not positive definite.
     pub fn from_covariance(mode: &[f64], covariance: DMatrix<f64>) -> Result<Self, SampleError> {
         let seen = format!("{} parameters, largest entry {:.1e}", mode.len(), covariance.amax());
-        let factor = Cholesky::new(covariance).ok_or(SampleError::Curvature(seen))?.unpack();
-        Ok(Self { mode: DVector::from_column_slice(mode), factor })
+        let factor = Cholesky::new(covariance).ok_or_else(|| SampleError::curvature(&seen))?;
+        Ok(Self { mode: DVector::from_column_slice(mode), factor: factor.unpack() })
     }
 
     /// Approximation at a mode, with second derivatives by central differences of the gradient.
@@ -53,7 +53,7 @@ impl Laplace {
         for at in 0..count {
             let (Some(more), Some(less)) = (gradient(at, STEP), gradient(at, -STEP)) else {
                 let reason = format!("the density is not finite beside parameter {at}");
-                return Err(SampleError::Curvature(reason));
+                return Err(SampleError::curvature(&reason));
             };
             for other in 0..count {
                 precision[(other, at)] = (less[other] - more[other]) / (2.0 * STEP);

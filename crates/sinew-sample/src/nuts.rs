@@ -52,7 +52,7 @@ pub fn nuts<D: LogDensity>(
 /// after each step of a chain, and may end the sampling.
 ///
 /// # Errors
-/// A density that is not finite at a start; [`SampleError::Stopped`] where `told` breaks.
+/// A density that is not finite at a start; a `told` that breaks.
 pub fn nuts_from<D: LogDensity>(
     density: &D,
     about: &Laplace,
@@ -80,7 +80,9 @@ fn chain<D: LogDensity>(
 ) -> Result<Vec<Vec<f64>>, SampleError> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let z = standard_normals(whitened.dim(), &mut random);
-    let start = whitened.start(z).ok_or(SampleError::Start(number))?;
+    let start = whitened.start(z).ok_or_else(|| {
+        SampleError(format!("the density is not finite at the start of chain {number}; start from a point inside its domain"))
+    })?;
     let about = whitened.about;
     let settings = DiagNutsSettings {
         num_tune: options.warmup as u64,
@@ -88,7 +90,7 @@ fn chain<D: LogDensity>(
         maxdepth: MOST_DOUBLINGS,
         ..DiagNutsSettings::default()
     };
-    let stopped = |error| SampleError::Stopped(format!("{error:#}"));
+    let stopped = |why| SampleError(format!("the No-U-Turn sampler cannot go on: {why:#}"));
     let mut chain =
         settings.new_chain(number as u64, CpuMath::new(whitened), &mut random).map_err(stopped)?;
     chain.set_position(&start).map_err(stopped)?;
@@ -96,7 +98,10 @@ fn chain<D: LogDensity>(
         let (z, _) = chain.draw().map_err(stopped)?;
         match told() {
             ControlFlow::Continue(()) => Ok(about.point(&z)),
-            ControlFlow::Break(()) => Err(SampleError::Stopped("it was interrupted".into())),
+            ControlFlow::Break(()) => {
+                let fault = "the No-U-Turn sampler cannot go on: it was interrupted";
+                Err(SampleError(fault.into()))
+            }
         }
     };
     for _ in 0..options.warmup {

@@ -65,7 +65,7 @@ impl ArvizDict {
     /// Writes the file.
     ///
     /// # Errors
-    /// [`SampleError::Io`] with the path.
+    /// A file that cannot be written, with its path.
     pub fn write(&self, path: &Path) -> Result<(), SampleError> {
         put(path, self.to_json())
     }
@@ -74,15 +74,14 @@ impl ArvizDict {
 /// Writes a table of draws: chain and draw from 0, then the columns, each by chain and draw.
 ///
 /// # Errors
-/// [`SampleError::Length`] for columns that differ in their draws, [`SampleError::Io`] with the path.
+/// Columns that differ in their draws, a file that cannot be written, with its path.
 pub fn write_csv(path: &Path, columns: &[(String, Vec<Vec<f64>>)]) -> Result<(), SampleError> {
     let shape = |of: &[Vec<f64>]| of.iter().map(Vec::len).collect::<Vec<_>>();
     let first = columns.first().map(|(_, chains)| shape(chains)).unwrap_or_default();
     for (name, chains) in columns {
         if shape(chains) != first {
-            let (found, expected) = (shape(chains).iter().sum(), first.iter().sum());
-            let what = format!("draws of {name}");
-            return Err(SampleError::Length { what, found, expected });
+            let [found, expected]: [usize; 2] = [shape(chains), first].map(|s| s.iter().sum());
+            return Err(SampleError(format!("draws of {name}: {found} where {expected} belong")));
         }
     }
     let mut text = String::from("chain,draw");
@@ -106,5 +105,5 @@ pub fn write_csv(path: &Path, columns: &[(String, Vec<Vec<f64>>)]) -> Result<(),
 }
 
 fn put(path: &Path, text: String) -> Result<(), SampleError> {
-    std::fs::write(path, text).map_err(|source| SampleError::Io { path: path.into(), source })
+    std::fs::write(path, text).map_err(|why| SampleError(format!("{}: {why}", path.display())))
 }
