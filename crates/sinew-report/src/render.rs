@@ -6,9 +6,9 @@ mod palette;
 mod table;
 
 use crate::format::{digits, seconds};
-use crate::viewer::{Packed, Quantity, Source, Viewer, ViewerCase};
+use crate::viewer::{self, Packed, Quantity, Source, Viewer, ViewerCase};
 use crate::{Block, Figure, Panel, Report, Section, Surfaces};
-use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
+use maud::{Markup, Render, html};
 use palette::Palette;
 
 const STYLE: &str = include_str!("render/style.css");
@@ -18,27 +18,14 @@ pub(crate) fn page(report: &Report) -> Markup {
     let palette = Palette::of(report);
     let blocks = || report.sections.iter().flat_map(|section| &section.blocks);
     let turned = blocks().any(|block| matches!(block, Block::Surfaces(of) if is_drawn(of)));
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { (report.title) }
-                style { (PreEscaped(STYLE)) @if turned { (PreEscaped(crate::viewer::STYLE)) } }
-            }
-            body {
-                main {
-                    header { h1 { (report.title) } p { (report.about) } (provenance(report)) }
-                    (summary(report))
-                    @for section in &report.sections { (self::section(section, &palette)) }
-                    (making(report))
-                }
-                @if turned { script { (PreEscaped(crate::viewer::SCRIPT)) } }
-            }
-        }
-    }
+    let main = html! {
+        header { h1 { (report.title) } p { (report.about) } (provenance(report)) }
+        (summary(report))
+        @for section in &report.sections { (self::section(section, &palette)) }
+        (making(report))
+    };
+    let viewer = if turned { viewer::STYLE } else { "" };
+    viewer::page(&report.title, "report", [STYLE, viewer], &main, turned)
 }
 
 fn facts(facts: impl IntoIterator<Item = (impl Render, impl Render)>) -> Markup {
@@ -68,12 +55,8 @@ fn summary(report: &Report) -> Markup {
     let rows = report.tables().flat_map(|table| &table.rows);
     let warned: Vec<_> = rows.filter(|row| !row.warnings.is_empty()).collect();
     let sections = report.sections.len() > 1;
-    if !sections
-        && report.headline.is_empty()
-        && report.notes.is_empty()
-        && short.is_empty()
-        && warned.is_empty()
-    {
+    let quiet = report.headline.is_empty() && report.notes.is_empty() && short.is_empty();
+    if quiet && warned.is_empty() && !sections {
         return html! {};
     }
     html! {

@@ -5,7 +5,7 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde::Serialize;
 
-pub(crate) const SCRIPT: &str = include_str!("viewer/viewer.js");
+const SCRIPT: &str = include_str!("viewer/viewer.js");
 pub(crate) const STYLE: &str = include_str!("viewer/viewer.css");
 
 /// Surface of a body with what moves and colours it: an emulator with a slider for every parameter, or a list of cases.
@@ -172,24 +172,7 @@ pub struct ViewerCase {
 impl Viewer {
     /// The page: one file that loads nothing from outside.
     pub fn to_html(&self) -> String {
-        html! {
-            (DOCTYPE)
-            html lang="en" {
-                head {
-                    meta charset="utf-8";
-                    meta name="viewport" content="width=device-width, initial-scale=1";
-                    meta name="color-scheme" content="light dark";
-                    link rel="icon" href="data:,";
-                    title { (self.title) }
-                    style { (PreEscaped(STYLE)) }
-                }
-                body.viewer-page {
-                    main { (self.embedded()) }
-                    script { (PreEscaped(SCRIPT)) }
-                }
-            }
-        }
-        .into_string()
+        page(&self.title, "viewer-page", [STYLE], &self.embedded(), true).into_string()
     }
 
     /// The element that the script turns into a view; the script stands once on a page, after all of them.
@@ -197,6 +180,33 @@ impl Viewer {
         // A `</script>` in the data would end the script element.
         let data = serde_json::to_string(self).unwrap_or_default().replace('<', "\\u003c");
         html! { div.viewer { script type="application/json" { (PreEscaped(data)) } } }
+    }
+}
+
+/// A page of one file, with the script where something is to be turned.
+pub(crate) fn page<const N: usize>(
+    title: &str,
+    class: &str,
+    styles: [&str; N],
+    main: &Markup,
+    turned: bool,
+) -> Markup {
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                link rel="icon" href="data:,";
+                title { (title) }
+                style { @for style in styles { (PreEscaped(style)) } }
+            }
+            body class=(class) {
+                main { (main) }
+                @if turned { script { (PreEscaped(SCRIPT)) } }
+            }
+        }
     }
 }
 
