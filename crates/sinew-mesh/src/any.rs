@@ -1,9 +1,10 @@
 //! A mesh whose kind of cell is decided at run time.
 
 use crate::io::{GRID, save, to_xml};
+use crate::topology::Cells;
 use crate::{
-    Defect, Element, Facet, Field, HexMesh, Mesh, MeshError, QuadraticTetMesh,
-    QuadraticTriangleMesh, Selected, Selection, SelectionError, TetMesh, TriangleMesh,
+    Defect, Element, Facet, Field, HexMesh, MeshError, QuadraticTetMesh, QuadraticTriangleMesh,
+    Selected, Selection, SelectionError, TetMesh, TriangleMesh,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -52,12 +53,13 @@ macro_rules! with_cells {
 }
 
 impl AnyMesh {
+    fn cell_list(&self) -> Cells<'_> {
+        with_cells!(self, mesh => mesh.cell_list())
+    }
+
     /// Shape of a cell.
     pub fn element(&self) -> &'static Element {
-        fn of<const N: usize>(_: &Mesh<N>) -> &'static Element {
-            Mesh::<N>::ELEMENT
-        }
-        with_cells!(self, mesh => of(mesh))
+        self.cell_list().element
     }
 
     /// Node positions [length unit of the scene].
@@ -67,7 +69,7 @@ impl AnyMesh {
 
     /// Nodes of the cells, one cell after the other.
     pub fn cells(&self) -> &[usize] {
-        with_cells!(self, mesh => mesh.cells.as_flattened())
+        self.cell_list().nodes
     }
 
     /// Number of cells.
@@ -159,17 +161,17 @@ impl AnyMesh {
 
     /// The unique undirected edges, see [`crate::edges`].
     pub fn edges(&self) -> Vec<[usize; 2]> {
-        with_cells!(self, mesh => crate::edges(mesh))
+        self.cell_list().edges()
     }
 
     /// The facets that belong to one cell only, see [`crate::boundary_facets`].
     pub fn boundary_facets(&self) -> Vec<Facet> {
-        with_cells!(self, mesh => crate::boundary_facets(mesh))
+        self.cell_list().boundary()
     }
 
     /// Nodes of a facet, counterclockwise seen from outside.
     pub fn nodes_of_facet(&self, facet: Facet) -> Vec<usize> {
-        with_cells!(self, mesh => mesh.nodes_of_facet(facet).collect())
+        self.cell_list().of_facet(facet).collect()
     }
 
     /// Triangles between the corners of the boundary's facets, counterclockwise seen from outside, and the cell of each; none of

@@ -79,8 +79,7 @@ impl<const N: usize> Mesh<N> {
     /// assert_eq!(top.collect::<Vec<_>>(), [4, 5, 7, 6]);
     /// ```
     pub fn nodes_of_facet(&self, facet: Facet) -> impl ExactSizeIterator<Item = usize> + Clone {
-        let cell = self.cells[facet.cell];
-        Self::ELEMENT.facets[facet.opposite].iter().map(move |&local| cell[local])
+        self.cell_list().of_facet(facet)
     }
 }
 

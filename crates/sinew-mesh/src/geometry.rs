@@ -184,17 +184,14 @@ fn cone_volume<const N: usize>(mesh: &Mesh<N>, facet: Facet) -> f64 {
         };
         along(0).cross(&along(1)).dot(&at) / 3.0
     };
-    let triangle = |&QuadraturePoint { at, weight }: &QuadraturePoint| {
-        weight * cone(&Mesh::<6>::shape(at), &Mesh::<6>::shape_derivatives(at))
-    };
+    let triangle = |at| cone(&Mesh::<6>::shape(at), &Mesh::<6>::shape_derivatives(at));
     // The lowest facet of a hexahedron, whose four nodes are the first.
-    let quadrilateral = |&QuadraturePoint { at: [x, y, _], weight }: &QuadraturePoint| {
-        let at = [x, y, 0.0];
-        2.0 * weight * cone(&Mesh::<8>::shape(at), &Mesh::<8>::shape_derivatives(at))
+    let quadrilateral = |[x, y, _]: [f64; 3]| {
+        2.0 * cone(&Mesh::<8>::shape([x, y, 0.0]), &Mesh::<8>::shape_derivatives([x, y, 0.0]))
     };
     match N {
         4 => cone(&Mesh::<3>::shape([0.0; 3]), &Mesh::<3>::shape_derivatives([0.0; 3])) / 2.0,
-        10 => Mesh::<6>::FINE_QUADRATURE.iter().map(triangle).sum(),
-        _ => Mesh::<8>::QUADRATURE[..4].iter().map(quadrilateral).sum(),
+        10 => integral(Mesh::<6>::FINE_QUADRATURE, triangle),
+        _ => integral(&Mesh::<8>::QUADRATURE[..4], quadrilateral),
     }
 }

@@ -1,7 +1,7 @@
 //! Regions of a mesh by sets and labels of its cells: what they hold, the facets between them, and parts cut out.
 
 use crate::mesh::are_labels;
-use crate::topology::{FacetKey, facet_key, facets};
+use crate::selection::others;
 use crate::{Defect, Facet, Mesh, SelectionError, boundary_facets, remove_unused_nodes};
 use sinew_num::ascending;
 use std::borrow::Cow;
@@ -57,7 +57,7 @@ impl<const N: usize> Mesh<N> {
     /// `cut:region:3` those behind which cells of that name were, for [`Selection::between`](crate::Selection::between).
     ///
     /// # Errors
-    /// [`SelectionError::UnknownCells`], no names, a mesh that violates [`Mesh::check`].
+    /// Cells that the mesh does not have, no names, a mesh that violates [`Mesh::check`].
     pub fn keep<S: AsRef<str>>(&mut self, names: &[S]) -> Result<(), SelectionError> {
         self.check()?;
         let mut kept = BTreeSet::new();
@@ -68,12 +68,11 @@ impl<const N: usize> Mesh<N> {
         if kept.is_empty() {
             return Err(Defect::NoCells { wanted: Self::ELEMENT.plural }.into());
         }
-        let (staying, going): (Vec<Facet>, Vec<Facet>) =
-            facets(self).partition(|facet| kept.contains(&facet.cell));
-        let by_key = |facet: Facet| (facet_key(self, facet), facet);
-        let going: HashMap<FacetKey, Facet> = going.into_iter().map(by_key).collect();
-        let behind = |facet: Facet| Some((*going.get(&facet_key(self, facet))?, facet));
-        let cut: HashMap<Facet, Facet> = staying.into_iter().filter_map(behind).collect();
+        let cells = self.cell_list();
+        let going = cells.by_key(|facet| !kept.contains(&facet.cell));
+        let staying = cells.facets().filter(|facet| kept.contains(&facet.cell));
+        let behind = |facet: Facet| Some((*going.get(&cells.key(facet))?, facet));
+        let cut: HashMap<Facet, Facet> = staying.filter_map(behind).collect();
 
         let mut sets = std::mem::take(&mut self.facet_sets);
         sets.values_mut().flatten().for_each(|facet| *facet = *cut.get(facet).unwrap_or(facet));
@@ -103,7 +102,8 @@ impl<const N: usize> Mesh<N> {
     }
 
     fn unknown_cells(&self, name: &str) -> SelectionError {
-        SelectionError::UnknownCells { name: name.into(), known: self.names_of_cells() }
+        let known = others(&self.names_of_cells());
+        SelectionError(format!("the mesh has no set of cells `{name}`{known}"))
     }
 
     /// See [`Selection::between`](crate::Selection::between).
@@ -112,11 +112,10 @@ impl<const N: usize> Mesh<N> {
         let of = |a: &Region, b: &Region, facet: &Facet| {
             a.0.contains(&facet.cell) && !b.0.contains(&facet.cell) && !a.1.contains(facet)
         };
-        let ours = facets(self).filter(|facet| of(&one, &other, facet));
-        let ours: HashMap<FacetKey, Facet> =
-            ours.map(|facet| (facet_key(self, facet), facet)).collect();
-        let theirs = facets(self).filter(|facet| of(&other, &one, facet));
-        let shared = theirs.filter_map(|facet| ours.get(&facet_key(self, facet)).copied());
+        let cells = self.cell_list();
+        let ours = cells.by_key(|facet| of(&one, &other, facet));
+        let theirs = cells.facets().filter(|facet| of(&other, &one, facet));
+        let shared = theirs.filter_map(|facet| ours.get(&cells.key(facet)).copied());
         let cut = [(&one, &other), (&other, &one)].into_iter();
         let cut = cut.flat_map(|(a, b)| b.1.iter().copied().filter(|facet| of(a, b, facet)));
         Ok(shared.chain(cut).collect())

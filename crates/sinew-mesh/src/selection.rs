@@ -3,7 +3,7 @@
 mod places;
 
 use crate::tree::SurfaceTree;
-use crate::{Facet, Mesh, TriangleMesh};
+use crate::{Defect, Mesh, TriangleMesh};
 use nalgebra::Vector3;
 use places::Places;
 use std::fmt;
@@ -201,89 +201,30 @@ impl<const N: usize> Mesh<N> {
     /// A selection without nodes, which says how near the nearest came; lengths, directions and sets that make no sense.
     pub fn select(&mut self, name: &str, choice: &Selection) -> Result<Selected, SelectionError> {
         let places = Places::new(self, choice)?;
-        let chosen = places.choose(choice)?;
-        let pick = |all: &[bool]| (0..all.len()).filter(|&at| all[at]).collect::<Vec<_>>();
-        let facets: Vec<Facet> =
-            pick(&chosen.facets).into_iter().map(|at| places.boundary[at]).collect();
-        let nodes = pick(&self.nodes_chosen(&places, choice)?);
+        let (nodes, facets) = (places.nodes(choice)?, places.facets(choice)?);
         if nodes.is_empty() {
             let found = places.explain(choice)?;
-            return Err(SelectionError::Empty { name: name.into(), found });
+            return Err(SelectionError(format!("`{name}` holds nothing: {found}")));
         }
         let selected = Selected { nodes: nodes.len(), facets: facets.len() };
         self.node_sets.insert(name.into(), nodes);
         self.facet_sets.insert(name.into(), facets);
         Ok(selected)
     }
-
-    /// Whether each node is chosen: by its position, or with a facet where normals decide; in a union by one of its parts.
-    fn nodes_chosen(
-        &self,
-        places: &Places<'_, N>,
-        choice: &Selection,
-    ) -> Result<Vec<bool>, SelectionError> {
-        if !choice.reads_normals() {
-            return Ok(places.choose(choice)?.nodes);
-        }
-        let mut nodes = vec![false; self.points.len()];
-        if let Rule::Any(parts) = &choice.0 {
-            for part in parts {
-                let more = self.nodes_chosen(places, part)?;
-                nodes.iter_mut().zip(more).for_each(|(node, more)| *node |= more);
-            }
-            return Ok(nodes);
-        }
-        let chosen = places.choose(choice)?.facets.into_iter().zip(&places.boundary);
-        let facets: Vec<Facet> = chosen.filter(|(is, _)| *is).map(|(_, &facet)| facet).collect();
-        self.nodes_of_facets(&facets).into_iter().for_each(|node| nodes[node] = true);
-        Ok(nodes)
-    }
 }
 
 /// Names that a mesh has, behind one that it has not.
-fn others(known: &[String]) -> String {
+pub(crate) fn others(known: &[String]) -> String {
     if known.is_empty() { ", and no other".into() } else { format!(", only {}", known.join(", ")) }
 }
 
-/// Errors of selections.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
-pub enum SelectionError {
-    /// No node is chosen.
-    #[error("`{name}` holds nothing: {found}")]
-    Empty { name: String, found: String },
-    /// A direction without length, or not finite.
-    #[error("[{}, {}, {}] is not a direction; give one of some length, such as [0, 0, 1]", direction[0], direction[1], direction[2])]
-    Direction { direction: [f64; 3] },
-    /// A point that is not finite.
-    #[error("[{}, {}, {}] is not a point; give finite coordinates", point[0], point[1], point[2])]
-    Point { point: [f64; 3] },
-    /// A distance that is negative or not finite.
-    #[error("{what} is {value}; give a number that is not negative")]
-    Distance { what: &'static str, value: f64 },
-    /// An angle that is not between 0 and 180 degrees.
-    #[error("{degrees} is not an angle between normals; give 0 to 180 degrees")]
-    Angle { degrees: f64 },
-    /// A box whose corners are in the wrong order.
-    #[error(
-        "along {} the box goes from {least} to {most}; give the smaller corner first",
-        ["x", "y", "z"][*axis]
-    )]
-    Corners { axis: usize, least: f64, most: f64 },
-    /// A set that the mesh does not have.
-    #[error("the mesh has neither node set nor facet set `{name}`{}", others(known))]
-    UnknownSet { name: String, known: Vec<String> },
-    /// Cells that the mesh does not have, with those that it has.
-    #[error("the mesh has no set of cells `{name}`{}", others(known))]
-    UnknownCells { name: String, known: Vec<String> },
-    /// A combination of nothing.
-    #[error("a combination of no selections; give at least one")]
-    NoSelections,
-    /// A surface without triangles.
-    #[error("a surface without triangles; give one that has some")]
-    EmptySurface,
-    /// A mesh without cells, or one that breaks its own rules.
-    #[error(transparent)]
-    Defect(#[from] crate::Defect),
+/// Why a selection holds nothing or makes no sense, with names and numbers, and what to do.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct SelectionError(pub(crate) String);
+
+impl From<Defect> for SelectionError {
+    fn from(defect: Defect) -> Self {
+        Self(defect.to_string())
+    }
 }

@@ -1,49 +1,84 @@
 //! Edges and facets, and names for nodes and facets by where they are.
 
-use crate::{Facet, Mesh, TetMesh};
+use crate::{Element, Facet, Mesh, TetMesh};
 use sinew_num::ascending;
+use std::collections::HashMap;
 
 /// The unique undirected edges as `[larger node, smaller node]`, ascending: the order
 /// `[sender, receiver]` of the thesis' graphs. An edge with a middle node counts as its two halves.
 pub fn edges<const N: usize>(mesh: &Mesh<N>) -> Vec<[usize; 2]> {
-    let mut edges = Vec::with_capacity(mesh.cells.len() * 2 * Mesh::<N>::ELEMENT.edges.len());
-    for cell in &mesh.cells {
-        for edge in Mesh::<N>::ELEMENT.edges {
-            match **edge {
-                [a, b, middle] => {
-                    edges.extend([[a, middle], [middle, b]].map(|half| half.map(|node| cell[node])))
-                }
-                _ => edges.push([cell[edge[0]], cell[edge[1]]]),
-            }
-        }
-    }
-    edges.iter_mut().for_each(|edge| edge.sort_unstable_by(|a, b| b.cmp(a)));
-    ascending(edges)
+    mesh.cell_list().edges()
 }
 
 /// The facets that belong to one cell only, ascending by cell.
 pub fn boundary_facets<const N: usize>(mesh: &Mesh<N>) -> Vec<Facet> {
-    let mut sides: Vec<_> = facets(mesh).map(|facet| (facet_key(mesh, facet), facet)).collect();
-    sides.sort_unstable();
-    let alone = sides.chunk_by(|a, b| a.0 == b.0).filter(|sides| sides.len() == 1);
-    let mut boundary: Vec<_> = alone.map(|sides| sides[0].1).collect();
-    boundary.sort_unstable();
-    boundary
+    mesh.cell_list().boundary()
 }
 
-/// Every facet of every cell, inner ones twice.
-pub(crate) fn facets<const N: usize>(mesh: &Mesh<N>) -> impl Iterator<Item = Facet> {
-    let number = Mesh::<N>::ELEMENT.facets.len();
-    (0..mesh.cells.len())
-        .flat_map(move |cell| (0..number).map(move |opposite| Facet { cell, opposite }))
+/// The cells of a mesh as one type for all kinds, so that what reads them is compiled once.
+#[derive(Clone, Copy)]
+pub(crate) struct Cells<'m> {
+    pub element: &'static Element,
+    /// Nodes of the cells, one cell after the other.
+    pub nodes: &'m [usize],
+}
+
+impl<'m> Cells<'m> {
+    pub(crate) fn edges(self) -> Vec<[usize; 2]> {
+        let mut edges = Vec::with_capacity(2 * self.nodes.len());
+        for cell in self.nodes.chunks_exact(self.element.nodes.len()) {
+            for edge in self.element.edges {
+                let [a, b] = [cell[edge[0]], cell[edge[1]]];
+                match edge.get(2).map(|&local| cell[local]) {
+                    Some(middle) => edges.extend([[a, middle], [middle, b]]),
+                    None => edges.push([a, b]),
+                }
+            }
+        }
+        edges.iter_mut().for_each(|edge| edge.sort_unstable_by(|a, b| b.cmp(a)));
+        ascending(edges)
+    }
+
+    /// Every facet of every cell, inner ones twice.
+    pub(crate) fn facets(self) -> impl DoubleEndedIterator<Item = Facet> {
+        let (cells, number) =
+            (self.nodes.len() / self.element.nodes.len(), self.element.facets.len());
+        (0..cells * number).map(move |at| Facet { cell: at / number, opposite: at % number })
+    }
+
+    /// Nodes of a facet in the order of [`Element::facets`].
+    pub(crate) fn of_facet(self, facet: Facet) -> impl ExactSizeIterator<Item = usize> + Clone {
+        let cell = &self.nodes[facet.cell * self.element.nodes.len()..];
+        self.element.facets[facet.opposite].iter().map(|&local| cell[local])
+    }
+
+    /// Nodes of facets, ascending.
+    pub(crate) fn of_facets<'f>(self, facets: impl IntoIterator<Item = &'f Facet>) -> Vec<usize> {
+        ascending(facets.into_iter().flat_map(|&facet| self.of_facet(facet)))
+    }
+
+    pub(crate) fn key(self, facet: Facet) -> FacetKey {
+        sorted_key(self.of_facet(facet).take(self.element.facet_corners))
+    }
+
+    /// Some facets by their corners; of the two sides of an inner one the first.
+    pub(crate) fn by_key(self, some: impl Fn(&Facet) -> bool) -> HashMap<FacetKey, Facet> {
+        self.facets().filter(some).rev().map(|facet| (self.key(facet), facet)).collect()
+    }
+
+    /// The facets that belong to one cell only, ascending by cell.
+    pub(crate) fn boundary(self) -> Vec<Facet> {
+        let mut sides: Vec<_> = self.facets().map(|facet| (self.key(facet), facet)).collect();
+        sides.sort_unstable();
+        let alone = sides.chunk_by(|a, b| a.0 == b.0).filter(|sides| sides.len() == 1);
+        let mut boundary: Vec<_> = alone.map(|sides| sides[0].1).collect();
+        boundary.sort_unstable();
+        boundary
+    }
 }
 
 /// The corners of a facet ascending, then a filler: equal for the two sides of an inner facet.
 pub(crate) type FacetKey = [usize; 4];
-
-pub(crate) fn facet_key<const N: usize>(mesh: &Mesh<N>, facet: Facet) -> FacetKey {
-    sorted_key(mesh.nodes_of_facet(facet).take(Mesh::<N>::ELEMENT.facet_corners))
-}
 
 pub(crate) fn sorted_key(corners: impl Iterator<Item = usize>) -> FacetKey {
     let mut key = [usize::MAX; 4];
@@ -83,6 +118,10 @@ pub fn remove_unused_nodes<const N: usize>(mesh: &mut Mesh<N>) -> usize {
 }
 
 impl<const N: usize> Mesh<N> {
+    pub(crate) fn cell_list(&self) -> Cells<'_> {
+        Cells { element: Self::ELEMENT, nodes: self.cells.as_flattened() }
+    }
+
     /// Names the nodes at whose position \[length\] `chosen` holds, in place of a set of that name. Returns their number:
     /// none is not an error here, but one where a support or load names the set.
     ///
@@ -129,7 +168,7 @@ impl<const N: usize> Mesh<N> {
 
     /// The nodes of a set of facets, ascending.
     pub fn nodes_of_facets(&self, facets: &[Facet]) -> Vec<usize> {
-        ascending(facets.iter().flat_map(|&facet| self.nodes_of_facet(facet)))
+        self.cell_list().of_facets(facets)
     }
 
     /// Other cells of the same nodes, with the sets and fields of this mesh.

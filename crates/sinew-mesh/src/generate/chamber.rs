@@ -11,7 +11,6 @@ mod trees;
 
 use super::ventricle::Disk;
 use super::wall::{InSet, Sheet, Wall, between, side};
-use crate::topology::{facet_key, facets};
 use crate::tree::SurfaceTree;
 use crate::{HexMesh, TetMesh, TriangleMesh, min_dihedral_angle};
 use axis::Axis;
@@ -72,8 +71,10 @@ impl Chamber<'_> {
     pub fn wall(&self, options: &WallOptions) -> Result<ChamberWall, ChamberError> {
         let surfaces = [Some(self.endocardium), Some(self.epicardium), self.septum];
         surfaces.into_iter().flatten().try_for_each(TriangleMesh::check)?;
+        let empty = "a surface has no triangles; give an endocardium and an epicardium";
+        let empty = || ChamberError(empty.into());
         if self.endocardium.cells.is_empty() || self.epicardium.cells.is_empty() {
-            return Err(ChamberError::Empty);
+            return Err(empty());
         }
         if let Some(units) = fault::units(self.endocardium, self.epicardium) {
             return Err(units);
@@ -83,12 +84,11 @@ impl Chamber<'_> {
             epicardium: SurfaceTree::new(self.epicardium),
             septum: self.septum.map(SurfaceTree::new),
         };
-        let base = match Axis::new(self.endocardium).base(&trees, &options.trim) {
-            Err(none @ ChamberError::NoBase { .. }) => {
-                return Err(fault::of([self.endocardium, self.epicardium], &trees).unwrap_or(none));
-            }
-            found => found?,
-        };
+        let axis = Axis::new(self.endocardium);
+        let base = axis.base(&trees, &options.trim)?.ok_or_else(|| {
+            let fault = fault::of([self.endocardium, self.epicardium], &trees);
+            fault.unwrap_or_else(|| axis.no_base())
+        })?;
         let fit = Fit::new(&trees, base, self.towards())?;
         let [layers, around, along] = fit.lengths().cells(options)?;
         let disk = Disk { half: around / 8, along };
@@ -112,12 +112,12 @@ impl Chamber<'_> {
                 break;
             }
         }
-        let (_, wall, outside, mesh) = best.ok_or(ChamberError::Empty)?;
+        let (_, wall, outside, mesh) = best.ok_or_else(empty)?;
         let cells = [layers, around, along];
         let report = report::of(self, &trees, &fit.base, &outside, &mesh, cells);
-        let report = report.ok_or(ChamberError::Empty)?;
+        let report = report.ok_or_else(empty)?;
         match report.inverted {
-            Some(at) => Err(ChamberError::Surfaces(format!(
+            Some(at) => Err(ChamberError(format!(
                 "a cell is inside out at {}: the surfaces turn too sharply there for this size of cells; smooth them, choose other cells, or put the base further down",
                 shown(at)
             ))),
@@ -143,12 +143,13 @@ fn least_angle(mesh: &TetMesh) -> f64 {
 fn folds(mesh: &TetMesh) -> Vec<[usize; 3]> {
     let mut seen = HashMap::with_capacity(2 * mesh.cells.len());
     let mut folds = Vec::new();
-    for facet in facets(mesh) {
+    let cells = mesh.cell_list();
+    for facet in cells.facets() {
         let nodes = mesh.facet_nodes(facet);
         let [a, b, c] = nodes;
         // Parity of the permutation that sorts the nodes; it differs between the two sides.
         let even = ((a < b) as u8 + (b < c) as u8 + (a < c) as u8) % 2;
-        if seen.insert(facet_key(mesh, facet), even) == Some(even) {
+        if seen.insert(cells.key(facet), even) == Some(even) {
             folds.push(nodes);
         }
     }

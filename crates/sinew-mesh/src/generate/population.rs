@@ -5,28 +5,15 @@ use nalgebra::{Cholesky, SMatrix, SVector, Vector3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::LazyLock;
 
-/// Errors of shapes.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
-pub enum ShapeError {
-    /// Too many or too few numbers, or one that is not finite.
-    #[error("a shape has {most} finite numbers; {found} were given, or one of them is not finite")]
-    Numbers { found: usize, most: usize },
-    /// A measure outside the population's range.
-    #[error("the {what} of {value:.3} is not between {least} and {most}: draw other numbers")]
-    Measure { what: &'static str, value: f64, least: f64, most: f64 },
-    /// Cells that make no mesh.
-    #[error("a mesh cannot have {} cells; give {needed}", found.iter().map(ToString::to_string).collect::<Vec<_>>().join(" x "))]
-    Cells { found: Vec<usize>, needed: &'static str },
-    /// A cell without volume \[length³\], or inverted.
-    #[error("cell {cell} has a volume of {volume:.3e}: the shape is folded; draw other numbers")]
-    Folded { cell: usize, volume: f64 },
-}
+/// Why numbers or cells make no ventricle, and what to do.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct ShapeError(String);
 
-fn within(what: &'static str, value: f64, [least, most]: [f64; 2]) -> Result<(), ShapeError> {
+fn within(what: &str, value: f64, [least, most]: [f64; 2]) -> Result<(), ShapeError> {
+    let advice = format!("is not between {least} and {most}: draw other numbers");
     let inside = (least..=most).contains(&value);
-    inside.then_some(()).ok_or(ShapeError::Measure { what, value, least, most })
+    inside.then_some(()).ok_or(ShapeError(format!("the {what} of {value:.3} {advice}")))
 }
 
 /// A left ventricle between two smooth surfaces: a truncated ellipsoid and smooth modes of its endocardium and epicardium.
@@ -148,7 +135,10 @@ impl VentricleShape {
     /// More numbers, one that is not finite, or a wall that is too thin or thick, a cavity too short, long, narrow or wide.
     pub fn new(numbers: &[f64]) -> Result<Self, ShapeError> {
         if numbers.len() > Self::NUMBERS || !numbers.iter().all(|x| x.is_finite()) {
-            return Err(ShapeError::Numbers { found: numbers.len(), most: Self::NUMBERS });
+            let (most, found) = (Self::NUMBERS, numbers.len());
+            return Err(ShapeError(format!(
+                "a shape has {most} finite numbers; {found} were given, or one of them is not finite"
+            )));
         }
         let all: [f64; Self::NUMBERS] =
             std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(0.0));
@@ -172,13 +162,16 @@ impl VentricleShape {
     pub fn tetrahedra(&self, cells: [usize; 3]) -> Result<TetMesh, ShapeError> {
         let [layers, around, along] = cells;
         if layers == 0 || around == 0 || around % 8 != 0 || around >= 8 * along {
-            let needed = "one through the wall or more, and around a multiple of 8 below 8 times those along";
-            return Err(ShapeError::Cells { found: cells.to_vec(), needed });
+            return Err(ShapeError(format!(
+                "a mesh cannot have {layers} x {around} x {along} cells; give one through the wall or more, and around a multiple of 8 below 8 times those along"
+            )));
         }
         let mesh = self.placed(MEAN.wall(cells).tetrahedra());
         let mut volumes = (0..mesh.cells.len()).map(|cell| mesh.cell_volume(cell)).enumerate();
         match volumes.find(|(_, volume)| volume.is_nan() || *volume <= 0.0) {
-            Some((cell, volume)) => Err(ShapeError::Folded { cell, volume }),
+            Some((cell, volume)) => Err(ShapeError(format!(
+                "cell {cell} has a volume of {volume:.3e}: the shape is folded; draw other numbers"
+            ))),
             None => Ok(mesh),
         }
     }

@@ -16,6 +16,9 @@ const DIRECTIONS: [&str; 2] = ["fibre", "sheet"];
 /// Cell field of the labels.
 const REGION: &str = "region";
 
+/// Words of the elements with VTK's types of these.
+const WORDS: [(&str, u8); 6] = [("Tt", 10), ("Hx", 12), ("Tr", 5), ("Qd", 9), ("Ln", 3), ("Cx", 3)];
+
 /// Micrometres, in which the files are, in a millimetre.
 const PER_MM: f64 = 1e3;
 
@@ -164,17 +167,10 @@ fn nodes(cursor: &mut Cursor<'_>, count: usize, of: usize) -> Result<Vec<i64>> {
 /// Adds an element by the word of its type and its nodes, and returns the word behind them on the line, if any.
 fn element<'a>(cursor: &mut Cursor<'a>, grid: &mut Grid) -> Result<&'a [u8]> {
     let word = cursor.text("an element")?;
-    let kind = match word {
-        "Tt" => 10,
-        "Hx" => 12,
-        "Tr" => 5,
-        "Qd" => 9,
-        "Ln" | "Cx" => 3,
-        _ => {
-            let advice = "give Tt, Hx, Tr, Qd or Ln with its nodes; split others into tetrahedra";
-            return Err(Problem::unsupported("the element type", word, advice));
-        }
-    };
+    let found = WORDS.iter().find(|(known, _)| *known == word);
+    let advice = "give Tt, Hx, Tr, Qd or Ln with its nodes; split others into tetrahedra";
+    let unknown = || Problem::unsupported("the element type", word, advice);
+    let kind = found.ok_or_else(unknown)?.1;
     let mut nodes = nodes(cursor, cell_type(kind).2.unwrap_or(0), grid.points.len())?;
     if kind == 12 {
         // CARP goes round the upper side the other way.
@@ -203,19 +199,17 @@ fn element<'a>(cursor: &mut Cursor<'a>, grid: &mut Grid) -> Result<&'a [u8]> {
 /// Quadratic cells, of which CARP has none; a mesh that violates [`Mesh::check`]; files that cannot be written.
 pub fn write_carp<const N: usize>(stem: impl AsRef<Path>, mesh: &Mesh<N>) -> Result<(), MeshError> {
     mesh.check()?;
-    let (word, facet_word) = match N {
-        3 => ("Tr ", "Ln "),
-        4 => ("Tt ", "Tr "),
-        8 => ("Hx ", "Qd "),
-        _ => {
-            let (what, kind) = ("the kind of cell", Mesh::<N>::ELEMENT.name);
-            let advice = "CARP has linear cells only: write the mesh before it is made quadratic";
-            return Err(MeshError::Cells(Box::new(Problem::unsupported(what, kind, advice))));
-        }
-    };
+    let element = Mesh::<N>::ELEMENT;
+    let word = |kind| Some(WORDS.iter().find(|(_, known)| *known == kind)?.0);
+    let words = word(element.vtk_type).zip(word(element.facet_vtk_type));
+    let (word, facet_word) = words.ok_or_else(|| {
+        let advice = "CARP has linear cells only: write the mesh before it is made quadratic";
+        let problem = Problem::unsupported("the kind of cell", element.name, advice);
+        MeshError::Cells(Box::new(problem))
+    })?;
     let file = |ending: &str| with(stem.as_ref(), ending);
     let points = mesh.points.iter().map(|x| x.map(|x| x * PER_MM).to_vec());
-    save_rows(&file("pts"), mesh.points.len(), "", points)?;
+    save_rows(&file("pts"), mesh.points.len(), None, points)?;
     let labels = mesh.cell_fields.get(REGION).and_then(|field| field.as_labels());
     let elements = mesh.cells.iter().enumerate().map(|(index, cell)| {
         let mut row: Vec<i64> = cell.iter().map(|&node| node as i64).collect();
@@ -225,20 +219,20 @@ pub fn write_carp<const N: usize>(stem: impl AsRef<Path>, mesh: &Mesh<N>) -> Res
         row.extend(labels.map(|labels| labels[index]));
         row
     });
-    save_rows(&file("elem"), mesh.cells.len(), word, elements)?;
+    save_rows(&file("elem"), mesh.cells.len(), Some(word), elements)?;
     let fields = DIRECTIONS.map(|name| mesh.cell_fields.get(name)?.to_vectors::<3>());
     let columns: Vec<_> = fields.into_iter().map_while(|column| column).collect();
     let rows = (0..mesh.cells.len()).map(|cell| columns.iter().flat_map(|c| c[cell]).collect());
     if !columns.is_empty() {
-        save_rows::<f64>(&file("lon"), columns.len(), "", rows)?;
+        save_rows::<f64>(&file("lon"), columns.len(), None, rows)?;
     }
     for (name, facets) in mesh.facet_sets.iter().filter(|_| N > 3) {
         let rows = facets.iter().map(|&facet| mesh.nodes_of_facet(facet).collect());
-        save_rows(&file(&format!("{name}.surf")), facets.len(), facet_word, rows)?;
+        save_rows(&file(&format!("{name}.surf")), facets.len(), Some(facet_word), rows)?;
     }
     for (name, nodes) in &mesh.node_sets {
         let rows = nodes.iter().map(|&node| vec![node]);
-        save_rows(&file(&format!("{name}.vtx")), format!("{}\nextra", nodes.len()), "", rows)?;
+        save_rows(&file(&format!("{name}.vtx")), format!("{}\nextra", nodes.len()), None, rows)?;
     }
     Ok(())
 }
@@ -247,10 +241,13 @@ pub fn write_carp<const N: usize>(stem: impl AsRef<Path>, mesh: &Mesh<N>) -> Res
 fn save_rows<T: ToString>(
     path: &Path,
     number: impl Display,
-    word: &str,
+    word: Option<&str>,
     rows: impl Iterator<Item = Vec<T>>,
 ) -> Result<(), MeshError> {
-    let joined = |row: Vec<T>| row.iter().map(T::to_string).collect::<Vec<_>>().join(" ");
-    let rows: String = rows.map(|row| format!("{word}{}\n", joined(row))).collect();
+    let line = |row: Vec<T>| {
+        let words = word.map(String::from).into_iter().chain(row.iter().map(T::to_string));
+        words.collect::<Vec<_>>().join(" ") + "\n"
+    };
+    let rows: String = rows.map(line).collect();
     save(path, format!("{number}\n{rows}").as_bytes())
 }

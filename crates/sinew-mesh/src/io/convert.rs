@@ -5,12 +5,12 @@ use super::grid::{MixedMesh, cell_type};
 use super::sets::sets_from_fields;
 use crate::check::{check_cell, check_fields, check_points};
 use crate::mesh::are_labels;
-use crate::topology::{FacetKey, facet_key, facets, sorted_key};
+use crate::topology::{Cells, sorted_key};
 use crate::{
     Defect, Element, Facet, Field, Mesh, Problem, remove_unused_nodes, repair_orientation,
 };
 use sinew_num::ascending;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Makes a mesh of the cells with `N` nodes.
 pub(crate) fn to_mesh<const N: usize>(mut grid: MixedMesh) -> Result<(Mesh<N>, ReadReport), Fault> {
@@ -23,21 +23,24 @@ pub(crate) fn to_mesh<const N: usize>(mut grid: MixedMesh) -> Result<(Mesh<N>, R
     if hidden > 0 {
         grid.left_out.push(counted(hidden, "ghost or hidden cell"));
     }
-    let sorted = sort_cells::<N>(&grid, &ghosts).map_err(|problem| (cells_at, problem))?;
-
-    let mut mesh = Mesh::<N> { points: std::mem::take(&mut grid.points), ..Mesh::default() };
-    mesh.cells = sorted.cells.iter().map(|&(_, nodes)| nodes).collect();
-    mesh.point_fields = std::mem::take(&mut grid.point_fields);
-    let rows: Vec<usize> = sorted.cells.iter().map(|&(row, _)| row).collect();
-    let pick = |(name, field): (&String, &Field)| (name.clone(), field.select(&rows));
-    mesh.cell_fields = grid.cell_fields.iter().map(pick).collect();
-
-    let matched = match_facets(&mesh, &sorted.facets);
+    let parts = parts(&grid, &ghosts, Mesh::<N>::ELEMENT);
+    let parts = parts.map_err(|problem| (cells_at, problem))?;
+    let nodes = parts.cells.iter().flat_map(|&index| grid.nodes(index));
+    let nodes: Vec<usize> = nodes.collect();
+    let pick = |(name, field): (&String, &Field)| (name.clone(), field.select(&parts.cells));
+    let mut mesh = Mesh::<N> {
+        points: std::mem::take(&mut grid.points),
+        cells: nodes.as_chunks().0.to_vec(),
+        point_fields: std::mem::take(&mut grid.point_fields),
+        cell_fields: grid.cell_fields.iter().map(pick).collect(),
+        ..Mesh::default()
+    };
+    let matched = match_facets(&grid, &parts, mesh.cell_list());
     let unmatched = matched.values().filter(|facet| facet.is_none()).count();
     let mut report = ReadReport {
         matched_facets: matched.len() - unmatched,
         unmatched_facets: unmatched,
-        dropped_cells: sorted.lower.len(),
+        dropped_cells: parts.lower.len(),
         coincident_nodes,
         merged_nodes,
         near_nodes,
@@ -45,7 +48,7 @@ pub(crate) fn to_mesh<const N: usize>(mut grid: MixedMesh) -> Result<(Mesh<N>, R
         in_micrometres: grid.in_micrometres,
         ..ReadReport::default()
     };
-    for (name, facets) in named_facets(&grid, &sorted, &matched, &mut report.left_out) {
+    for (name, facets) in named_facets(&grid, &parts, &matched, &mut report.left_out) {
         let lacking = facets.iter().filter(|facet| facet.is_none()).count();
         if lacking > 0 {
             report.incomplete_sets.insert(name.clone(), lacking);
@@ -55,7 +58,18 @@ pub(crate) fn to_mesh<const N: usize>(mut grid: MixedMesh) -> Result<(Mesh<N>, R
             mesh.facet_sets.insert(name, facets);
         }
     }
-    name_groups(&mut mesh, &grid.groups, &sorted);
+    for (name, members) in &grid.groups {
+        let [cells, nodes] = of_group(&grid, &parts, members);
+        if !cells.is_empty() {
+            mesh.cell_sets.insert(name.clone(), cells);
+        }
+        if !nodes.is_empty() {
+            // The nodes of a curve join those of the facets of its name.
+            let facets = mesh.facet_sets.get(name).into_iter().flatten();
+            let nodes = nodes.into_iter().chain(mesh.cell_list().of_facets(facets));
+            mesh.node_sets.insert(name.clone(), ascending(nodes));
+        }
+    }
     mesh.node_sets.extend(grid.node_sets);
     sets_from_fields(&mut mesh).map_err(|defect| (cells_at, defect.into()))?;
     report.unused_nodes = remove_unused_nodes(&mut mesh) - merged_nodes;
@@ -72,18 +86,12 @@ fn check_grid(grid: &MixedMesh) -> Result<(), Fault> {
     check_fields(&grid.cell_fields, grid.types.len()).map_err(in_cells)
 }
 
-/// The cells of a grid by their part in the mesh, each with its index in the grid, ascending.
-struct SortedCells<const N: usize> {
-    cells: Vec<(usize, [usize; N])>,
-    facets: Vec<(usize, FacetKey)>,
-    lower: Vec<(usize, Vec<usize>)>,
-}
-
-impl<const N: usize> SortedCells<N> {
-    /// Place of a cell of the grid among those of the mesh.
-    fn cell_at(&self, index: usize) -> Option<usize> {
-        self.cells.binary_search_by_key(&index, |cell| cell.0).ok()
-    }
+/// Indices of the cells of a grid by their part in the mesh, ascending.
+#[derive(Default)]
+struct Parts {
+    cells: Vec<usize>,
+    facets: Vec<usize>,
+    lower: Vec<usize>,
 }
 
 /// VTK types of lower dimension than the facets, which are left out of a mesh of linear or quadratic
@@ -93,29 +101,22 @@ fn is_lower(element: &Element, kind: u8) -> bool {
     matches!(kind, 1 | 2 | 4) || element.dimension == 3 && of_solid
 }
 
-fn sort_cells<const N: usize>(grid: &MixedMesh, ghosts: &[bool]) -> Result<SortedCells<N>> {
-    let element = Mesh::<N>::ELEMENT;
-    let mut sorted = SortedCells { cells: vec![], facets: vec![], lower: vec![] };
+fn parts(grid: &MixedMesh, ghosts: &[bool], element: &Element) -> Result<Parts> {
+    let mut parts = Parts::default();
     for (index, &kind) in grid.types.iter().enumerate().filter(|(index, _)| !ghosts[*index]) {
-        let (is_cell, is_facet) = (kind == element.vtk_type, kind == element.facet_vtk_type);
-        if !(is_cell || is_facet || is_lower(element, kind)) {
-            return Err(refused_cell::<N>(index, kind));
-        }
+        let part = match kind {
+            _ if kind == element.vtk_type => &mut parts.cells,
+            _ if kind == element.facet_vtk_type => &mut parts.facets,
+            _ if is_lower(element, kind) => &mut parts.lower,
+            _ => return Err(refused_cell(element, index, kind)),
+        };
         check_nodes(grid, index, cell_type(kind).2)?;
-        let mut nodes = grid.cell(index).iter().map(|&node| node as usize);
-        if is_cell {
-            let cell = std::array::from_fn(|_| nodes.next().unwrap_or(usize::MAX));
-            sorted.cells.push((index, cell));
-        } else if is_facet {
-            sorted.facets.push((index, sorted_key(nodes.take(element.facet_corners))));
-        } else {
-            sorted.lower.push((index, nodes.collect()));
-        }
+        part.push(index);
     }
-    if sorted.cells.is_empty() {
+    if parts.cells.is_empty() {
         return Err(Defect::NoCells { wanted: element.plural }.into());
     }
-    Ok(sorted)
+    Ok(parts)
 }
 
 /// Checks the nodes of a cell; one with any number of nodes may name a node again, as a closed
@@ -130,11 +131,13 @@ fn check_nodes(grid: &MixedMesh, cell: usize, number: Option<usize>) -> Result<(
     Ok(check_cell(cell, nodes, total)?)
 }
 
-fn refused_cell<const N: usize>(cell: usize, kind: u8) -> Problem {
-    let quadratic = Mesh::<N>::ELEMENT.is_quadratic();
+fn refused_cell(element: &Element, cell: usize, kind: u8) -> Problem {
+    let quadratic = element.is_quadratic();
     let split = "split such cells into simplices, for example with VTK's \"Triangulate\"";
     let advice = match kind {
-        10 if N == 3 => "read the file as a tetrahedral mesh and extract its surface",
+        10 if element.vtk_type == 5 => {
+            "read the file as a tetrahedral mesh and extract its surface"
+        }
         5 | 10 if quadratic => {
             "export cells of one order; read linear ones as such and make it quadratic (formulation = \"quadratic\")"
         }
@@ -143,37 +146,34 @@ fn refused_cell<const N: usize>(cell: usize, kind: u8) -> Problem {
              (first-order) elements"
         }
         21..=29 | 68..=72 => "export the mesh with linear (first-order) elements",
-        12 if N != 8 => {
+        12 => {
             "read a file of hexahedra with `read_mesh` as a HexMesh, or split such cells into \
              simplices, for example with VTK's \"Triangulate\""
         }
         6..=9 | 11..=14 => split,
         _ => "export only the cells of one kind",
     };
-    let wanted = Mesh::<N>::ELEMENT.plural;
-    Problem::Cell { cell, kind: cell_type(kind).0, wanted, advice }
-}
-
-/// The facet of the mesh behind each boundary cell of the grid, if it is one. Between two cells the first one owns it.
-fn match_facets<const N: usize>(mesh: &Mesh<N>, boundary_cells: &[(usize, FacetKey)]) -> Facets {
-    if boundary_cells.is_empty() {
-        return BTreeMap::new();
-    }
-    let mut owner = HashMap::with_capacity(mesh.cells.len() * Mesh::<N>::ELEMENT.facets.len());
-    for facet in facets(mesh) {
-        owner.entry(facet_key(mesh, facet)).or_insert(facet);
-    }
-    boundary_cells.iter().map(|(index, key)| (*index, owner.get(key).copied())).collect()
+    Problem::Cell { cell, kind: cell_type(kind).0, wanted: element.plural, advice }
 }
 
 /// Facets of the boundary cells of a grid by their index; `None` where they are of no cell.
 type Facets = BTreeMap<usize, Option<Facet>>;
 
+/// The facet of the mesh behind each boundary cell of the grid. Between two cells the first one owns it.
+fn match_facets(grid: &MixedMesh, parts: &Parts, cells: Cells<'_>) -> Facets {
+    if parts.facets.is_empty() {
+        return Facets::new();
+    }
+    let owner = cells.by_key(|_| true);
+    let key = |index| sorted_key(grid.nodes(index).take(cells.element.facet_corners));
+    parts.facets.iter().map(|&index| (index, owner.get(&key(index)).copied())).collect()
+}
+
 /// Facets by the names of groups and sides. Without groups each value of an integer cell field names those that have it, such
 /// as `region:1`; without such a field all are `facets`; whole numbers of real fields name some too.
-fn named_facets<const N: usize>(
+fn named_facets(
     grid: &MixedMesh,
-    sorted: &SortedCells<N>,
+    parts: &Parts,
     matched: &Facets,
     left_out: &mut Vec<String>,
 ) -> BTreeMap<String, Vec<Option<Facet>>> {
@@ -203,32 +203,18 @@ fn named_facets<const N: usize>(
         }
     }
     for (name, sides) in &grid.sides {
-        let of = |&(index, opposite)| Some(Facet { cell: sorted.cell_at(index)?, opposite });
+        let cell = |index: &usize| parts.cells.binary_search(index).ok();
+        let of = |&(index, opposite)| Some(Facet { cell: cell(&index)?, opposite });
         named.entry(name.clone()).or_default().extend(sides.iter().map(of));
     }
     named
 }
 
-/// Named groups become a set of cells, of nodes, or both. The nodes of a curve join those of the facets of its name.
-fn name_groups<const N: usize>(
-    mesh: &mut Mesh<N>,
-    groups: &BTreeMap<String, Vec<usize>>,
-    sorted: &SortedCells<N>,
-) {
-    let lower_at = |index: &usize| sorted.lower.binary_search_by_key(index, |cell| cell.0).ok();
-    for (name, members) in groups {
-        let cells = ascending(members.iter().filter_map(|&index| sorted.cell_at(index)));
-        let lower = members.iter().filter_map(lower_at);
-        let mut nodes: Vec<usize> = lower.flat_map(|at| &sorted.lower[at].1).copied().collect();
-        if !cells.is_empty() {
-            mesh.cell_sets.insert(name.clone(), cells);
-        }
-        if !nodes.is_empty() {
-            let facets = mesh.facet_sets.get(name).into_iter().flatten();
-            nodes.extend(facets.flat_map(|&facet| mesh.nodes_of_facet(facet)));
-            mesh.node_sets.insert(name.clone(), ascending(nodes));
-        }
-    }
+/// Cells of the mesh in a group of the grid, and nodes of its cells of lower dimension.
+fn of_group(grid: &MixedMesh, parts: &Parts, members: &[usize]) -> [Vec<usize>; 2] {
+    let cells = members.iter().filter_map(|index| parts.cells.binary_search(index).ok());
+    let lower = members.iter().filter(|index| parts.lower.binary_search(index).is_ok());
+    [ascending(cells), lower.flat_map(|&index| grid.nodes(index)).collect()]
 }
 
 /// Changes of a reader that made a mesh out of a file.
@@ -262,48 +248,48 @@ pub struct ReadReport {
 impl ReadReport {
     /// Doubts about the file, a sentence each: facets of no cell, nodes at the place of others.
     pub fn warnings(&self) -> Vec<String> {
-        let mut said = Vec::new();
         let lacking = self.incomplete_sets.iter();
         let sets: String = lacking.map(|(name, n)| format!(", `{name}` lacks {n}")).collect();
         // Sides of elements that are none of the mesh are in sets alone.
-        let count =
-            self.unmatched_facets.max(self.incomplete_sets.values().copied().max().unwrap_or(0));
-        if count > 0 {
-            said.push(format!(
-                "{} of the boundary left out, not faces of cells{sets}; write surface and cells from one mesh",
-                counted(count, "element")
-            ));
-        }
-        if self.coincident_nodes > 0 {
-            said.push(format!(
-                "{} at the place of another: cells do not hold together there; merge = true under [mesh] (`read_merged`) joins them",
-                counted(self.coincident_nodes, "node")
-            ));
-        }
-        if self.near_nodes > 0 {
-            said.push(format!(
-                "{} nearly at the place of another, less than 1 % of an edge apart: cells do not hold together there; if they are to, write \
+        let most = self.incomplete_sets.values().copied().max().unwrap_or(0);
+        let unmatched = format!(
+            "of the boundary left out, not faces of cells{sets}; write surface and cells from one mesh"
+        );
+        phrases([
+            (self.unmatched_facets.max(most), "element", &unmatched),
+            (
+                self.coincident_nodes,
+                "node",
+                "at the place of another: cells do not hold together there; merge = true under [mesh] (`read_merged`) joins them",
+            ),
+            (
+                self.near_nodes,
+                "node",
+                "nearly at the place of another, less than 1 % of an edge apart: cells do not hold together there; if they are to, write \
                  the mesh with shared nodes",
-                counted(self.near_nodes, "node")
-            ));
-        }
-        said
+            ),
+        ])
     }
 
     /// Other changes, a phrase each.
     pub fn changes(&self) -> Vec<String> {
-        let counts = [
+        let mut changes = phrases([
             (self.merged_nodes, "node", "merged with others at the same place"),
             (self.unused_nodes, "node", "of no cell left out"),
             (self.dropped_cells, "point, line or collapsed element", "left out"),
             (self.repaired_cells, "cell", "of negative volume renumbered"),
-        ];
-        let some = counts.into_iter().filter(|(count, ..)| *count > 0);
-        let counted = some.map(|(count, what, how)| format!("{} {how}", counted(count, what)));
-        let left_out = self.left_out.iter().map(|what| format!("{what} left out"));
+        ]);
+        changes.extend(self.left_out.iter().map(|what| format!("{what} left out")));
         let unit = "coordinates converted to mm from µm, the unit of CARP";
-        counted.chain(left_out).chain(self.in_micrometres.then(|| unit.into())).collect()
+        changes.extend(self.in_micrometres.then(|| unit.into()));
+        changes
     }
+}
+
+/// Words for those counts that are not zero.
+fn phrases<const N: usize>(counts: [(usize, &str, &str); N]) -> Vec<String> {
+    let some = counts.into_iter().filter(|(count, ..)| *count > 0);
+    some.map(|(count, what, how)| format!("{} {how}", counted(count, what))).collect()
 }
 
 pub(super) fn counted(count: usize, what: &str) -> String {

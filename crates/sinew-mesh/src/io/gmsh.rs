@@ -213,14 +213,13 @@ impl Gmsh<'_> {
         self.known.clear();
         let mut read = 0;
         while read < count {
-            let mut tag = None;
-            let (kind, block) = if self.cursor.encoding == Encoding::Text {
-                tag = Some(self.cursor.integer(I32, "the tag of an element")?);
-                (self.cursor.integer(I32, "the type of an element")?, 1)
-            } else {
-                let kind = self.cursor.integer(I32, "the type of a block of elements")?;
-                (kind, self.cursor.count(I32, "the number of elements in a block")?.max(1))
-            };
+            // In text each element is a block of its own, whose tag comes first.
+            let is_text = self.cursor.encoding == Encoding::Text;
+            let tag = is_text.then(|| self.cursor.integer(I32, "the tag of an element"));
+            let tag = tag.transpose()?;
+            let kind = self.cursor.integer(I32, "the type of elements")?;
+            let counted = "the number of elements in a block";
+            let block = if is_text { 1 } else { self.cursor.count(I32, counted)?.max(1) };
             let tags = self.cursor.count(I32, "the number of tags")?;
             for _ in 0..block {
                 self.row_2(tag, kind, tags)?;
@@ -232,10 +231,8 @@ impl Gmsh<'_> {
 
     fn row_2(&mut self, tag: Option<i64>, kind: i64, tags: usize) -> Result<()> {
         let (vtk_type, length) = element_type(kind)?;
-        let tag = match tag {
-            Some(tag) => tag,
-            None => self.cursor.integer(I32, "the tag of an element")?,
-        };
+        let read = || self.cursor.integer(I32, "the tag of an element");
+        let tag = tag.map_or_else(read, Ok)?;
         let tags = self.cursor.integers(I32, tags, "tags of an element")?;
         let nodes = self.cursor.integers(I32, length, "nodes of an element")?;
         let index = match self.known.get(&(vtk_type, nodes.clone())) {

@@ -101,6 +101,11 @@ impl MixedMesh {
         &self.connectivity[start..self.ends[index]]
     }
 
+    /// Nodes of a cell; one that is negative becomes very large.
+    pub(super) fn nodes(&self, index: usize) -> impl Iterator<Item = usize> {
+        self.cell(index).iter().map(|&node| node as usize)
+    }
+
     /// Adds a field of the points, or of the cells.
     pub(super) fn add_field(&mut self, of_points: bool, name: String, field: Field) -> Result<()> {
         let fields = if of_points { &mut self.point_fields } else { &mut self.cell_fields };
@@ -127,8 +132,7 @@ impl MixedMesh {
     pub(super) fn coincident(&mut self, ghosts: &[bool]) -> [usize; 3] {
         let limit = self.points.len();
         let shown = || (0..self.types.len()).filter(|&cell| !ghosts[cell]);
-        let nodes = shown().flat_map(|cell| self.cell(cell)).map(|&node| node as usize);
-        let used = ascending(nodes.filter(|&node| node < limit));
+        let used = ascending(shown().flat_map(|cell| self.nodes(cell)).filter(|&n| n < limit));
         let places: Vec<_> = used.iter().map(|&node| self.points[node]).collect();
         let tolerance = SELECTION_TOLERANCE * Vector3::from(extents(&places)).norm();
         let within = |reach: &dyn Fn(usize) -> f64| {
@@ -159,8 +163,7 @@ impl MixedMesh {
     fn shortest_edges(&self, cells: impl Iterator<Item = usize>) -> Vec<f64> {
         let mut shortest = vec![f64::INFINITY; self.points.len()];
         for index in cells.filter(|&index| cell_type(self.types[index]).2.is_some()) {
-            let nodes = self.cell(index).iter().map(|&node| node as usize);
-            let nodes: Vec<usize> = nodes.filter(|&node| node < self.points.len()).collect();
+            let nodes: Vec<_> = self.nodes(index).filter(|&n| n < self.points.len()).collect();
             for (at, &a) in nodes.iter().enumerate() {
                 for &b in nodes[..at].iter().filter(|&&b| b != a) {
                     let way = Vector3::from(self.points[a]) - Vector3::from(self.points[b]);

@@ -12,13 +12,16 @@ use nalgebra::{Rotation3, Unit, Vector3};
 use std::cell::{Cell, OnceCell};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-/// Keywords that make or move nodes and elements, or bring them from elsewhere.
-const UNREAD: [&[&str]; 2] = [
-    &["INCLUDE", "NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"],
-    &["SYMMETRIC MODEL GENERATION", "IMPORT", "PARAMETER"],
+const WHOLE: &str =
+    "write the file with all its nodes and elements in it, as Abaqus/CAE or PrePoMax do";
+const SHARED: &str =
+    "mesh the parts with shared nodes, or take the keyword out if it is not of this body";
+/// Keywords that make or move nodes and elements, or bring them from elsewhere; those that join parts of a body, or take some away.
+const REFUSED: [(&[&str], &str); 3] = [
+    (&["INCLUDE", "NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"], WHOLE),
+    (&["SYMMETRIC MODEL GENERATION", "IMPORT", "PARAMETER"], WHOLE),
+    (&["TIE", "MPC", "EQUATION", "EMBEDDED ELEMENT", "MODEL CHANGE"], SHARED),
 ];
-/// Keywords that join parts of a body, or take some away.
-const JOINS: [&str; 5] = ["TIE", "MPC", "EQUATION", "EMBEDDED ELEMENT", "MODEL CHANGE"];
 
 /// Whether a file begins like one: with a keyword or a comment.
 pub(crate) fn looks_like_it(content: &[u8]) -> bool {
@@ -82,22 +85,17 @@ fn set_scopes(blocks: &mut [Block<'_>]) -> Result<()> {
     let mut in_part = false;
     for block in blocks {
         block.place.set(block.at);
-        match block.keyword.as_str() {
+        let keyword = block.keyword.as_str();
+        let contact = block.option("TYPE").is_some_and(is_of_contact);
+        let refused = REFUSED.iter().find(|(keywords, _)| keywords.contains(&keyword));
+        if let Some((_, advice)) = refused.filter(|_| !(keyword == "MODEL CHANGE" && contact)) {
+            return Err(Problem::unsupported("the keyword", format!("*{keyword}"), advice));
+        }
+        match keyword {
             "PART" => (parts, in_part) = (parts + 1, true),
             "END PART" | "END INSTANCE" => in_part = false,
             // A mesh may stand in the instance in place of the part.
             "INSTANCE" => (instances, in_part) = (instances + 1, true),
-            unread if UNREAD.concat().contains(&unread) => {
-                let (what, value) = ("the keyword", format!("*{unread}"));
-                let advice = "write the file with all its nodes and elements in it, as Abaqus/CAE or PrePoMax do";
-                return Err(Problem::unsupported(what, value, advice));
-            }
-            "MODEL CHANGE" if block.option("TYPE").is_some_and(is_of_contact) => {}
-            join if JOINS.contains(&join) => {
-                let (what, value) = ("the keyword", format!("*{join}"));
-                let advice = "mesh the parts with shared nodes, or take the keyword out if it is not of this body";
-                return Err(Problem::unsupported(what, value, advice));
-            }
             _ => {}
         }
         if parts > 1 || instances > 1 {
@@ -240,8 +238,7 @@ impl Model {
         }
         if let (true, Some(elset)) = (of_nodes, block.option("ELSET")) {
             let cells = self.elements.find(elset)?;
-            let nodes =
-                cells.iter().flat_map(|&cell| self.grid.cell(cell)).map(|&node| node as usize);
+            let nodes = cells.iter().flat_map(|&cell| self.grid.nodes(cell));
             return self.nodes.add(block.scope, &name, nodes.collect::<BTreeSet<_>>());
         }
         let sets = if of_nodes { &mut self.nodes } else { &mut self.elements };

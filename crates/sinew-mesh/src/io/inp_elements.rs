@@ -200,9 +200,9 @@ impl Surface {
 
 /// The corners of the faces of an element.
 fn keys(grid: &MixedMesh, cell: usize, element: &Element) -> impl Iterator<Item = FacetKey> {
-    let nodes = grid.cell(cell);
+    let nodes: Vec<usize> = grid.nodes(cell).collect();
     let corners = element.facets.iter().map(|facet| &facet[..element.facet_corners]);
-    corners.map(|locals| sorted_key(locals.iter().map(|&local| nodes[local] as usize)))
+    corners.map(move |locals| sorted_key(locals.iter().map(|&local| nodes[local])))
 }
 
 fn owners(model: &Model) -> HashMap<FacetKey, usize> {

@@ -65,42 +65,40 @@ impl NumberType {
     /// Decodes whole numbers, little-endian ones unless the encoding is the big-endian one; a trailing rest of bytes is left
     /// out. `Err` holds the index of an unsigned number beyond the largest signed one.
     pub(super) fn decode(self, bytes: &[u8], encoding: Encoding) -> Result<FieldValues, usize> {
-        // The compiler knows the width, so that the loop copies vectors.
-        match self.size() {
-            1 => self.widened::<1>(bytes, encoding),
-            2 => self.widened::<2>(bytes, encoding),
-            4 => self.widened::<4>(bytes, encoding),
-            _ => self.widened::<8>(bytes, encoding),
-        }
-    }
-
-    fn widened<const SIZE: usize>(
-        self,
-        bytes: &[u8],
-        encoding: Encoding,
-    ) -> Result<FieldValues, usize> {
-        use NumberType::*;
-        let raw = bytes.as_chunks::<SIZE>().0.iter().map(|&(mut number)| {
-            if encoding == Encoding::Big {
-                number.reverse();
-            }
-            let mut wide = [0; 8];
-            wide[..SIZE].copy_from_slice(&number);
-            u64::from_le_bytes(wide)
-        });
-        let unused = 64 - 8 * SIZE;
+        use FieldValues::{Float, Integer};
         Ok(match self {
-            I8 | I16 | I32 | I64 => {
-                let with_sign = |bits| (bits << unused) as i64 >> unused;
-                FieldValues::Integer(raw.map(with_sign).collect())
+            NumberType::I8 => Integer(numbers(bytes, encoding, |b| i8::from_le_bytes(b).into())),
+            NumberType::U8 => Integer(numbers(bytes, encoding, |b| u8::from_le_bytes(b).into())),
+            NumberType::I16 => Integer(numbers(bytes, encoding, |b| i16::from_le_bytes(b).into())),
+            NumberType::U16 => Integer(numbers(bytes, encoding, |b| u16::from_le_bytes(b).into())),
+            NumberType::I32 => Integer(numbers(bytes, encoding, |b| i32::from_le_bytes(b).into())),
+            NumberType::U32 => Integer(numbers(bytes, encoding, |b| u32::from_le_bytes(b).into())),
+            NumberType::I64 => Integer(numbers(bytes, encoding, i64::from_le_bytes)),
+            NumberType::U64 => {
+                let signed = numbers(bytes, encoding, i64::from_le_bytes);
+                // Those beyond have the bit of the sign.
+                match signed.iter().position(|&number| number < 0) {
+                    Some(index) => return Err(index),
+                    None => Integer(signed),
+                }
             }
-            U8 | U16 | U32 => FieldValues::Integer(raw.map(|bits| bits as i64).collect()),
-            U64 => {
-                let signed = |(index, bits)| i64::try_from(bits).map_err(|_| index);
-                FieldValues::Integer(raw.enumerate().map(signed).collect::<Result<_, _>>()?)
-            }
-            F32 => FieldValues::Float(raw.map(|bits| f32::from_bits(bits as u32).into()).collect()),
-            F64 => FieldValues::Float(raw.map(f64::from_bits).collect()),
+            NumberType::F32 => Float(numbers(bytes, encoding, |b| f32::from_le_bytes(b).into())),
+            NumberType::F64 => Float(numbers(bytes, encoding, f64::from_le_bytes)),
         })
     }
+}
+
+/// Numbers of little-endian bytes, or of big-endian ones that are reversed.
+fn numbers<T, const SIZE: usize>(
+    bytes: &[u8],
+    encoding: Encoding,
+    number: impl Fn([u8; SIZE]) -> T,
+) -> Vec<T> {
+    let ordered = |&(mut bytes): &[u8; SIZE]| {
+        if encoding == Encoding::Big {
+            bytes.reverse();
+        }
+        number(bytes)
+    };
+    bytes.as_chunks().0.iter().map(ordered).collect()
 }

@@ -17,34 +17,20 @@ pub(crate) struct CellList {
     pub at: Place,
 }
 
-/// The lists of cells in the order in which fields count them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
-pub(crate) enum Kind {
-    /// Vertices of a surface, or all cells of a grid.
-    Vertices,
-    Lines,
-    Polygons,
-    Strips,
-}
+/// The lists of a surface in the order in which fields count their cells: VTK's type of these, keyword in legacy files, element in
+/// XML and attribute of its length. All cells of a grid are in the place of the first.
+pub(crate) const LISTS: [(u8, &[u8], &[u8], &str); 4] = [
+    (2, b"VERTICES", b"Verts", "NumberOfVerts"),
+    (4, b"LINES", b"Lines", "NumberOfLines"),
+    (7, b"POLYGONS", b"Polys", "NumberOfPolys"),
+    (6, b"TRIANGLE_STRIPS", b"Strips", "NumberOfStrips"),
+];
 
 /// The cells of a file before they are a grid, of triangles if they are a surface.
 #[derive(Default)]
 pub(crate) struct PolyData {
     pub is_surface: bool,
     pub lists: [Option<CellList>; 4],
-}
-
-impl Kind {
-    /// Kind by the keyword of legacy files, of a surface or a grid.
-    pub(super) fn of_keyword(keyword: &[u8], of_surface: bool) -> Option<Self> {
-        Some(match (keyword, of_surface) {
-            (b"CELLS", false) | (b"VERTICES", true) => Kind::Vertices,
-            (b"LINES", true) => Kind::Lines,
-            (b"POLYGONS", true) => Kind::Polygons,
-            (b"TRIANGLE_STRIPS", true) => Kind::Strips,
-            _ => return None,
-        })
-    }
 }
 
 impl PolyData {
@@ -66,13 +52,13 @@ impl PolyData {
             }
             return Ok(());
         }
-        let kinds = [Kind::Vertices, Kind::Lines, Kind::Polygons, Kind::Strips];
         // The row of the fields for each cell of the grid.
         let mut rows = Vec::new();
         let mut row = 0;
-        for (kind, list) in kinds.into_iter().zip(self.lists) {
+        for ((kind, ..), list) in LISTS.into_iter().zip(self.lists) {
             let Some(list) = list else { continue };
-            if kind >= Kind::Polygons || grid.types.is_empty() {
+            // Errors point to triangles rather than to vertices and lines.
+            if matches!(kind, 6 | 7) || grid.types.is_empty() {
                 grid.cells_at = list.at;
             }
             let mut start = 0;
@@ -98,22 +84,20 @@ impl PolyData {
 }
 
 /// Adds one cell, a polygon or strip as triangles.
-fn add(grid: &mut MixedMesh, kind: Kind, nodes: &[i64]) {
+fn add(grid: &mut MixedMesh, kind: u8, nodes: &[i64]) {
     match (kind, nodes) {
-        (Kind::Vertices, [_]) => grid.push(1, nodes),
-        (Kind::Vertices, _) => grid.push(2, nodes),
-        (Kind::Lines, [_, _]) => grid.push(3, nodes),
-        (Kind::Lines, _) => grid.push(4, nodes),
-        (Kind::Polygons, [first, rest @ ..]) if rest.len() >= 2 => {
+        (2, [_]) => grid.push(1, nodes),
+        (4, [_, _]) => grid.push(3, nodes),
+        (7, [first, rest @ ..]) if rest.len() >= 2 => {
             rest.windows(2).for_each(|pair| grid.push(5, &[*first, pair[0], pair[1]]));
         }
-        (Kind::Strips, [_, _, _, ..]) => {
+        (6, [_, _, _, ..]) => {
             for (index, corners) in nodes.windows(3).enumerate() {
                 let [a, b, c] = [corners[0], corners[1], corners[2]];
                 grid.push(5, &if index % 2 == 0 { [a, b, c] } else { [b, a, c] });
             }
         }
         // A polygon or strip without a triangle in it is refused with its index.
-        _ => grid.push(if kind == Kind::Strips { 6 } else { 7 }, nodes),
+        _ => grid.push(kind, nodes),
     }
 }

@@ -5,7 +5,7 @@
 use super::cursor::{Cursor, Encoding, Fault, Result, number};
 use super::grid::MixedMesh;
 use super::number::NumberType;
-use super::polydata::{CellList, Kind, PolyData};
+use super::polydata::{CellList, LISTS, PolyData};
 use crate::{Field, FieldValues, Problem};
 use percent_encoding::percent_decode_str;
 
@@ -78,21 +78,13 @@ impl Reader<'_> {
             b"METADATA" => self.metadata(),
             b"FIELD" => self.field_arrays()?,
             b"LOOKUP_TABLE" => self.lookup_table()?,
+            b"CELLS" if !self.cells.is_surface => self.list(0)?,
             keyword => {
-                let kind = Kind::of_keyword(keyword, self.cells.is_surface);
-                match (kind, self.attributes_of) {
-                    (Some(kind), _) => {
-                        let has_offsets = self.major >= 5;
-                        let list = if has_offsets {
-                            self.cells_with_offsets()?
-                        } else {
-                            self.cells_with_counts()?
-                        };
-                        self.cells.lists[kind as usize] = Some(list);
-                    }
-                    (_, Some(_)) if let Some(components) = attribute_components(keyword) => {
-                        self.attribute(keyword, components)?;
-                    }
+                let list = LISTS.iter().position(|list| self.cells.is_surface && list.1 == keyword);
+                let components = self.attributes_of.and_then(|_| attribute_components(keyword));
+                match (list, components) {
+                    (Some(list), _) => self.list(list)?,
+                    (_, Some(components)) => self.attribute(keyword, components)?,
                     _ => return Err(Problem::expected("the keyword of a section", word)),
                 }
             }
@@ -116,6 +108,14 @@ impl Reader<'_> {
         self.grid.points_at = self.cursor.here();
         let coordinates = self.cursor.reals(kind, count.saturating_mul(3), "coordinates")?;
         self.grid.points = coordinates.as_chunks().0.to_vec();
+        Ok(())
+    }
+
+    fn list(&mut self, list: usize) -> Result<()> {
+        let has_offsets = self.major >= 5;
+        let cells =
+            if has_offsets { self.cells_with_offsets()? } else { self.cells_with_counts()? };
+        self.cells.lists[list] = Some(cells);
         Ok(())
     }
 

@@ -4,7 +4,7 @@
 use super::cursor::{Encoding, Fault, Result, number};
 use super::grid::MixedMesh;
 use super::number::NumberType;
-use super::polydata::{CellList, Kind, PolyData};
+use super::polydata::{CellList, LISTS, PolyData};
 use super::vtk::checked_ends;
 use super::vtu_data::{Layout, Source, ascii, read_array};
 use crate::{Field, Place, Problem};
@@ -39,7 +39,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
 enum Section {
     Points,
     /// The only list of cells of a grid, or one of the four of a surface.
-    Cells(Kind),
+    Cells(usize),
     PointData,
     CellData,
     Other,
@@ -155,9 +155,8 @@ impl<'a> Parser<'a> {
             return Err(Problem::unsupported("number of pieces", "2 or more", advice));
         }
         let (counts, expected) = if self.cells.is_surface {
-            let names = ["NumberOfVerts", "NumberOfLines", "NumberOfPolys", "NumberOfStrips"];
             let mut counts = [0; 4];
-            for (count, name) in counts.iter_mut().zip(names) {
+            for (count, (.., name)) in counts.iter_mut().zip(LISTS) {
                 *count = self.number(tag, name)?.unwrap_or(0);
             }
             (Some(counts), "NumberOfPoints of the piece")
@@ -199,7 +198,7 @@ impl<'a> Parser<'a> {
         let rows = match (self.section, name.as_str()) {
             (Section::Points | Section::PointData, _) => Some(points),
             (Section::Cells(_), "connectivity") => None,
-            (Section::Cells(kind), "offsets") => Some(cells[kind as usize]),
+            (Section::Cells(list), "offsets") => Some(cells[list]),
             (Section::Cells(_), "types") if !self.cells.is_surface => Some(all),
             // Faces of polyhedra; such cells are refused by their type.
             (Section::Cells(_), _) => return Ok(()),
@@ -251,10 +250,10 @@ impl<'a> Parser<'a> {
                 self.grid.points = field.to_vectors().unwrap_or_default();
                 self.grid.points_at = Place { byte: self.item, line: None };
             }
-            Section::Cells(kind) => {
+            Section::Cells(list) => {
                 let other = || Problem::expected("integers with one component", &name);
                 let labels = field.as_labels().ok_or_else(other)?.to_vec();
-                if self.lists[kind as usize].insert(name.clone(), (labels, self.item)).is_some() {
+                if self.lists[list].insert(name.clone(), (labels, self.item)).is_some() {
                     let advice = "write a single time step";
                     return Err(Problem::unsupported("a second array of cells", name, advice));
                 }
@@ -265,8 +264,8 @@ impl<'a> Parser<'a> {
     }
 
     /// A list of cells; `None` when it has none and no arrays.
-    fn list(&mut self, kind: Kind, count: usize) -> Result<Option<CellList>> {
-        let arrays = &mut self.lists[kind as usize];
+    fn list(&mut self, list: usize, count: usize) -> Result<Option<CellList>> {
+        let arrays = &mut self.lists[list];
         let (nodes, nodes_at) = arrays.remove("connectivity").unwrap_or_default();
         let Some((offsets, offsets_at)) = arrays.remove("offsets") else {
             let missing = Problem::Missing { expected: "an array named offsets" };
@@ -287,9 +286,8 @@ impl<'a> Parser<'a> {
         let (types, _) = self.lists[0].remove("types").unwrap_or_default();
         // Unknown types are refused with their cell's index later.
         self.grid.types = types.iter().map(|&kind| u8::try_from(kind).unwrap_or(u8::MAX)).collect();
-        let kinds = [Kind::Vertices, Kind::Lines, Kind::Polygons, Kind::Strips];
-        for &kind in &kinds[..if self.cells.is_surface { 4 } else { 1 }] {
-            self.cells.lists[kind as usize] = self.list(kind, counts[kind as usize])?;
+        for list in 0..if self.cells.is_surface { LISTS.len() } else { 1 } {
+            self.cells.lists[list] = self.list(list, counts[list])?;
         }
         let has_types = self.cells.is_surface || self.grid.types.len() == counts[0];
         Problem::require_part(has_types, "an array named types")?;
@@ -300,13 +298,10 @@ impl<'a> Parser<'a> {
 fn section_named(name: &[u8]) -> Option<Section> {
     Some(match name {
         b"Points" => Section::Points,
-        b"Cells" | b"Verts" => Section::Cells(Kind::Vertices),
-        b"Lines" => Section::Cells(Kind::Lines),
-        b"Polys" => Section::Cells(Kind::Polygons),
-        b"Strips" => Section::Cells(Kind::Strips),
+        b"Cells" => Section::Cells(0),
         b"PointData" => Section::PointData,
         b"CellData" => Section::CellData,
         b"FieldData" => Section::Other,
-        _ => return None,
+        _ => Section::Cells(LISTS.iter().position(|list| list.2 == name)?),
     })
 }

@@ -1,17 +1,21 @@
 //! Positions and normals of a mesh against the conditions of a selection.
 
-use super::{Rule, Selection, SelectionError};
-use crate::{Facet, Mesh, SELECTION_TOLERANCE, boundary_facets, extents};
+use super::{Rule, Selection, SelectionError, others};
+use crate::topology::{Cells, marked};
+use crate::{Facet, Mesh, SELECTION_TOLERANCE, extents};
 use nalgebra::Vector3;
 use sinew_num::ascending;
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 type Point = Vector3<f64>;
 
 /// Places of the nodes and facets of the boundary, and of facets between regions.
-pub(super) struct Places<'m, const N: usize> {
-    mesh: &'m Mesh<N>,
-    pub boundary: Vec<Facet>,
+pub(super) struct Places<'m> {
+    cells: Cells<'m>,
+    points: &'m [[f64; 3]],
+    node_sets: &'m BTreeMap<String, Vec<usize>>,
+    facet_sets: &'m BTreeMap<String, Vec<Facet>>,
+    boundary: Vec<Facet>,
     /// Facets between the regions that the selection names.
     between: HashMap<[String; 2], Vec<Facet>>,
     /// Outward unit normals of the boundary.
@@ -20,91 +24,104 @@ pub(super) struct Places<'m, const N: usize> {
     tolerance: f64,
 }
 
-/// Selected nodes and facets of the boundary.
-pub(super) struct Chosen {
-    pub nodes: Vec<bool>,
-    pub facets: Vec<bool>,
-}
+/// Whether each node, and behind the nodes each facet, is chosen.
+type Chosen = Vec<bool>;
 
-impl<'m, const N: usize> Places<'m, N> {
-    pub(super) fn new(mesh: &'m Mesh<N>, selection: &Selection) -> Result<Self, SelectionError> {
+impl<'m> Places<'m> {
+    pub(super) fn new<const N: usize>(
+        mesh: &'m Mesh<N>,
+        selection: &Selection,
+    ) -> Result<Self, SelectionError> {
         mesh.check()?;
-        let mut boundary = boundary_facets(mesh);
+        let Mesh { points, node_sets, facet_sets, .. } = mesh;
+        let cells = mesh.cell_list();
         let mut between = HashMap::new();
         for regions in selection.interfaces() {
-            let facets = mesh.facets_between(regions)?;
-            boundary.extend(&facets);
-            between.insert(regions.clone(), facets);
+            between.insert(regions.clone(), mesh.facets_between(regions)?);
         }
-        let boundary = ascending(boundary);
-        let normals = boundary.iter().map(|&facet| normal(mesh, facet)).collect();
-        let of_cells = mesh.cells.as_flattened().iter().map(|&node| mesh.points[node]);
-        let size = extents(&of_cells.collect::<Vec<_>>());
-        let diagonal = Point::from(size.map(|edge| edge.max(0.0))).norm();
-        Ok(Self { mesh, boundary, between, normals, tolerance: SELECTION_TOLERANCE * diagonal })
+        let inner = between.values().flatten().copied();
+        let boundary = ascending(cells.boundary().into_iter().chain(inner));
+        let normals = boundary.iter().map(|&facet| normal(cells, points, facet)).collect();
+        let of_cells: Vec<_> = cells.nodes.iter().map(|&node| points[node]).collect();
+        let diagonal = Point::from(extents(&of_cells).map(|edge| edge.max(0.0))).norm();
+        let tolerance = SELECTION_TOLERANCE * diagonal;
+        Ok(Self { cells, points, node_sets, facet_sets, boundary, between, normals, tolerance })
     }
 
-    pub(super) fn choose(&self, selection: &Selection) -> Result<Chosen, SelectionError> {
+    /// The chosen nodes: by their positions, or those of the facets where normals decide; in a union those of its parts.
+    pub(super) fn nodes(&self, choice: &Selection) -> Result<Vec<usize>, SelectionError> {
+        if let (Rule::Any(parts), true) = (&choice.0, choice.reads_normals()) {
+            let found: Result<Vec<_>, _> = parts.iter().map(|part| self.nodes(part)).collect();
+            return Ok(ascending(found?.into_iter().flatten()));
+        }
+        Ok(match choice.reads_normals() {
+            true => self.cells.of_facets(&self.facets(choice)?),
+            false => members(&self.choose(choice)?[..self.points.len()]).collect(),
+        })
+    }
+
+    /// The chosen facets.
+    pub(super) fn facets(&self, choice: &Selection) -> Result<Vec<Facet>, SelectionError> {
+        let chosen = self.choose(choice)?;
+        Ok(members(&chosen[self.points.len()..]).map(|at| self.boundary[at]).collect())
+    }
+
+    fn choose(&self, selection: &Selection) -> Result<Chosen, SelectionError> {
         if let Some(excess) = self.excess(selection)? {
-            let nodes = excess.iter().map(|&excess| excess <= self.tolerance).collect();
-            return Ok(self.with_facets(nodes));
+            return Ok(self.with_facets(excess.iter().map(|&excess| excess <= self.tolerance)));
         }
         match &selection.0 {
             Rule::All(parts) | Rule::Any(parts) => {
                 let is_all = matches!(selection.0, Rule::All(_));
                 let join = |a: &mut bool, b: bool| *a = if is_all { *a && b } else { *a || b };
-                let (first, rest) = parts.split_first().ok_or(SelectionError::NoSelections)?;
+                let (first, rest) = parts.split_first().ok_or_else(|| {
+                    SelectionError("a combination of no selections; give at least one".into())
+                })?;
                 let mut chosen = self.choose(first)?;
                 for part in rest {
-                    let Chosen { nodes, facets } = self.choose(part)?;
-                    chosen.nodes.iter_mut().zip(nodes).for_each(|(a, b)| join(a, b));
-                    chosen.facets.iter_mut().zip(facets).for_each(|(a, b)| join(a, b));
+                    chosen.iter_mut().zip(self.choose(part)?).for_each(|(a, b)| join(a, b));
                 }
                 Ok(chosen)
             }
-            Rule::Not(inner) => {
-                let mut chosen = self.choose(inner)?;
-                let all = chosen.nodes.iter_mut().chain(&mut chosen.facets);
-                all.for_each(|one| *one = !*one);
-                Ok(chosen)
-            }
+            Rule::Not(inner) => Ok(self.choose(inner)?.into_iter().map(|one| !one).collect()),
             Rule::Facing { degrees, .. } => {
                 let angles = self.angles(selection)?;
-                let facets = angles.iter().map(|angle| angle <= degrees).collect();
-                Ok(Chosen { nodes: vec![true; self.mesh.points.len()], facets })
+                let nodes = self.points.iter().map(|_| true);
+                Ok(nodes.chain(angles.iter().map(|angle| angle <= degrees)).collect())
             }
             Rule::Set { name } => self.set(name),
             Rule::Between { regions } => Ok(self.of_facets(&self.between[regions], &[])),
             // The others have a distance.
-            _ => Ok(self.with_facets(vec![false; self.mesh.points.len()])),
+            _ => Ok(vec![false; self.points.len() + self.boundary.len()]),
         }
     }
 
-    /// The facets of the boundary all of whose nodes are chosen.
-    fn with_facets(&self, nodes: Vec<bool>) -> Chosen {
-        let on = |&facet: &Facet| self.mesh.nodes_of_facet(facet).all(|node| nodes[node]);
-        let facets = self.boundary.iter().map(on).collect();
-        Chosen { nodes, facets }
+    /// Nodes with the facets of the boundary all of whose nodes are chosen.
+    fn with_facets(&self, nodes: impl Iterator<Item = bool>) -> Chosen {
+        let mut chosen: Chosen = nodes.collect();
+        let on = |&facet: &Facet| self.cells.of_facet(facet).all(|node| chosen[node]);
+        let facets: Vec<bool> = self.boundary.iter().map(on).collect();
+        chosen.extend(facets);
+        chosen
     }
 
     /// Facets with their nodes and others.
     fn of_facets(&self, facets: &[Facet], others: &[usize]) -> Chosen {
-        let mut nodes = vec![false; self.mesh.points.len()];
-        let own = self.mesh.nodes_of_facets(facets);
-        own.iter().chain(others).for_each(|&node| nodes[node] = true);
+        let nodes = [&self.cells.of_facets(facets), others].concat();
         let facets: HashSet<_> = facets.iter().collect();
-        let facets = self.boundary.iter().map(|facet| facets.contains(facet)).collect();
-        Chosen { nodes, facets }
+        let facets = self.boundary.iter().map(|facet| facets.contains(facet));
+        marked(self.points.len(), &nodes).into_iter().chain(facets).collect()
     }
 
     fn set(&self, name: &str) -> Result<Chosen, SelectionError> {
-        let Mesh { node_sets, facet_sets, .. } = self.mesh;
-        match (facet_sets.get(name), node_sets.get(name)) {
+        match (self.facet_sets.get(name), self.node_sets.get(name)) {
             (Some(facets), others) => Ok(self.of_facets(facets, others.map_or(&[], Vec::as_slice))),
-            (None, Some(set)) => Ok(self.with_facets(self.of_facets(&[], set).nodes)),
+            (None, Some(set)) => Ok(self.with_facets(marked(self.points.len(), set).into_iter())),
             (None, None) => {
-                let known = node_sets.keys().chain(facet_sets.keys()).cloned().collect();
-                Err(SelectionError::UnknownSet { name: name.into(), known })
+                let known = self.node_sets.keys().chain(self.facet_sets.keys()).cloned();
+                let known = others(&known.collect::<Vec<_>>());
+                let fault = format!("the mesh has neither node set nor facet set `{name}`{known}");
+                Err(SelectionError(fault))
             }
         }
     }
@@ -112,7 +129,7 @@ impl<'m, const N: usize> Places<'m, N> {
     /// Distance of each node outside a region, zero or less inside; `None` for conditions without a distance.
     fn excess(&self, selection: &Selection) -> Result<Option<Vec<f64>>, SelectionError> {
         let each = |excess: &dyn Fn(Point) -> f64| {
-            Ok(Some(self.mesh.points.iter().map(|x| excess(Point::from(*x))).collect()))
+            Ok(Some(self.points.iter().map(|x| excess(Point::from(*x))).collect()))
         };
         match &selection.0 {
             Rule::Plane { point, normal, within } => {
@@ -127,8 +144,12 @@ impl<'m, const N: usize> Places<'m, N> {
             Rule::Box { least, most } => {
                 let [low, high] = [finite(least)?, finite(most)?];
                 if let Some(axis) = (0..3).find(|&axis| least[axis] > most[axis]) {
-                    let (least, most) = (least[axis], most[axis]);
-                    return Err(SelectionError::Corners { axis, least, most });
+                    return Err(SelectionError(format!(
+                        "along {} the box goes from {} to {}; give the smaller corner first",
+                        ["x", "y", "z"][axis],
+                        least[axis],
+                        most[axis]
+                    )));
                 }
                 each(&|x| (x - x.sup(&low).inf(&high)).norm())
             }
@@ -148,7 +169,7 @@ impl<'m, const N: usize> Places<'m, N> {
             Rule::Nearest { point } => {
                 let at = finite(point)?;
                 let from = |x: &[f64; 3]| (Point::from(*x) - at).norm();
-                let least = self.mesh.points.iter().map(from).fold(f64::INFINITY, f64::min);
+                let least = self.points.iter().map(from).fold(f64::INFINITY, f64::min);
                 each(&|x| (x - at).norm() - least)
             }
             _ => Ok(None),
@@ -160,7 +181,8 @@ impl<'m, const N: usize> Places<'m, N> {
         let Rule::Facing { direction, degrees } = selection.0 else { return Ok(Vec::new()) };
         let direction = unit(&direction)?;
         if !(0.0..=180.0).contains(&degrees) {
-            return Err(SelectionError::Angle { degrees });
+            let advice = "is not an angle between normals; give 0 to 180 degrees";
+            return Err(SelectionError(format!("{degrees} {advice}")));
         }
         // Better conditioned than an inverse cosine near 0 and 180 degrees.
         let angle =
@@ -181,11 +203,12 @@ impl<'m, const N: usize> Places<'m, N> {
 
     fn explain_part(&self, part: &Selection) -> Result<String, SelectionError> {
         let (what, chosen) = (part.what(), self.choose(part)?);
-        let (members, away, kind) = match part.reads_normals() {
-            true => (chosen.facets, self.angles(part)?, "facets"),
-            false => (chosen.nodes, self.excess(part)?.unwrap_or_default(), "nodes"),
+        let (nodes, facets) = chosen.split_at(self.points.len());
+        let (chosen, away, kind) = match part.reads_normals() {
+            true => (facets, self.angles(part)?, "facets"),
+            false => (nodes, self.excess(part)?.unwrap_or_default(), "nodes"),
         };
-        let (found, all) = (members.iter().filter(|&&chosen| chosen).count(), members.len());
+        let (found, all) = (members(chosen).count(), chosen.len());
         let nearest = (0..away.len()).min_by(|&a, &b| away[a].total_cmp(&away[b]));
         let Some(nearest) = nearest.filter(|_| found == 0) else {
             return Ok(format!("{what} holds {found} of {all} {kind}"));
@@ -196,7 +219,7 @@ impl<'m, const N: usize> Places<'m, N> {
                 "{what} holds none of {all} facets, of which the nearest is {least} degrees away"
             ));
         }
-        let [x, y, z] = self.mesh.points[nearest].map(short);
+        let [x, y, z] = self.points[nearest].map(short);
         Ok(format!(
             "{what} holds none of {all} nodes; the nearest, node {nearest} at [{x}, {y}, {z}], misses it by {least}"
         ))
@@ -206,7 +229,8 @@ impl<'m, const N: usize> Places<'m, N> {
 impl super::Surfaces {
     fn with_triangles(&self) -> Result<&Self, SelectionError> {
         let has = self.distance(Point::zeros()).is_finite();
-        if has { Ok(self) } else { Err(SelectionError::EmptySurface) }
+        let fault = || SelectionError("a surface without triangles; give one that has some".into());
+        has.then_some(self).ok_or_else(fault)
     }
 }
 
@@ -231,32 +255,42 @@ impl Selection {
     }
 }
 
+/// Indices of what is chosen.
+fn members(chosen: &[bool]) -> impl Iterator<Item = usize> {
+    (0..chosen.len()).filter(|&at| chosen[at])
+}
+
 /// Four digits, without a tail of zeros.
 fn short(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
 
 fn finite(point: &[f64; 3]) -> Result<Point, SelectionError> {
-    let finite = point.iter().all(|x| x.is_finite());
-    if finite { Ok((*point).into()) } else { Err(SelectionError::Point { point: *point }) }
+    let [x, y, z] = point;
+    let fault = format!("[{x}, {y}, {z}] is not a point; give finite coordinates");
+    let point = Some(Point::from(*point)).filter(|point| point.iter().all(|x| x.is_finite()));
+    point.ok_or(SelectionError(fault))
 }
 
 fn unit(direction: &[f64; 3]) -> Result<Point, SelectionError> {
+    let [x, y, z] = direction;
+    let advice = "is not a direction; give one of some length, such as [0, 0, 1]";
     let unit = Point::from(*direction).try_normalize(f64::MIN_POSITIVE);
     let unit = unit.filter(|unit| unit.iter().all(|x| x.is_finite()));
-    unit.ok_or(SelectionError::Direction { direction: *direction })
+    unit.ok_or(SelectionError(format!("[{x}, {y}, {z}] {advice}")))
 }
 
-fn distance(what: &'static str, value: f64) -> Result<f64, SelectionError> {
+fn distance(what: &str, value: f64) -> Result<f64, SelectionError> {
     // Written so that a NaN is an error as well.
     let is_distance = value >= 0.0 && value.is_finite();
-    is_distance.then_some(value).ok_or(SelectionError::Distance { what, value })
+    let fault = || format!("{what} is {value}; give a number that is not negative");
+    is_distance.then_some(value).ok_or_else(|| SelectionError(fault()))
 }
 
 /// Outward unit normal of a facet, from its corners; of an edge of triangles, in their plane of constant z.
-fn normal<const N: usize>(mesh: &Mesh<N>, facet: Facet) -> Point {
-    let corners = mesh.nodes_of_facet(facet).take(Mesh::<N>::ELEMENT.facet_corners);
-    let corners: Vec<Point> = corners.map(|node| mesh.points[node].into()).collect();
+fn normal(cells: Cells<'_>, points: &[[f64; 3]], facet: Facet) -> Point {
+    let corners = cells.of_facet(facet).take(cells.element.facet_corners);
+    let corners: Vec<Point> = corners.map(|node| points[node].into()).collect();
     let area = match corners.as_slice() {
         [a, b] => (b - a).cross(&Point::z()),
         [a, b, c] => (b - a).cross(&(c - a)),

@@ -3,8 +3,8 @@
 use crate::legacy::{VtkEncoding, to_vtk_surface};
 use nalgebra::Vector3;
 use sinew_mesh::{
-    Chamber, ChamberError, Size, TriangleMesh, Trim, TruncatedEllipsoid, WallOptions,
-    boundary_facets, enclosed_volume, extract_surface, parse_mesh, quality, read_mesh, to_stl,
+    Chamber, Size, TriangleMesh, Trim, TruncatedEllipsoid, WallOptions, boundary_facets,
+    enclosed_volume, extract_surface, parse_mesh, quality, read_mesh, to_stl,
 };
 use std::f64::consts::PI;
 use std::io::Write;
@@ -193,10 +193,8 @@ fn surfaces_without_a_wall_are_refused_with_advice() {
     let counts = apart.split_once(" points of the endocardium lie outside").expect("counts").0;
     assert!(counts.split_once(" of ").is_some_and(|(count, of)| count == of), "{apart}");
     let empty = TriangleMesh::default();
-    assert_eq!(
-        told(Chamber { endocardium: &empty, ..chamber(&surfaces) }, nodes(1500)),
-        ChamberError::Empty
-    );
+    let error = told(Chamber { endocardium: &empty, ..chamber(&surfaces) }, nodes(1500));
+    assert!(error.to_string().starts_with("a surface has no triangles"), "{error}");
     for options in [
         nodes(3),
         WallOptions { size: Size::Edge(f64::NAN), ..nodes(0) },

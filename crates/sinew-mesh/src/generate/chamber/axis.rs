@@ -73,14 +73,14 @@ impl Axis {
         Self { apex, up, length, rim, rim_normal, points }
     }
 
-    /// Finds the base.
-    pub(super) fn base(&self, trees: &Trees, trim: &Trim) -> Result<Base> {
+    /// Finds the base; none where no plane is one.
+    pub(super) fn base(&self, trees: &Trees, trim: &Trim) -> Result<Option<Base>> {
         match *trim {
             Trim::Plane { point, normal } => {
                 let (point, normal) = (Point::from(point), Point::from(normal));
                 let finite = point.iter().chain(&normal).all(|x| x.is_finite());
                 let normal = normal.try_normalize(0.0).filter(|_| finite).ok_or_else(|| {
-                    ChamberError::Surfaces("the plane of the base has no normal; give a fraction between 0 and 1, or a point and a normal of finite length".into())
+                    ChamberError("the plane of the base has no normal; give a fraction between 0 and 1, or a point and a normal of finite length".into())
                 })?;
                 let centroid = self.points.iter().sum::<Point>() / self.points.len() as f64;
                 let away = if self.length > 0.0 { self.up } else { point - centroid };
@@ -89,21 +89,21 @@ impl Axis {
                 let count = below.clone().count();
                 let middle = below.sum::<Point>() / count.max(1) as f64;
                 let start = middle - normal * (middle - point).dot(&normal);
-                Ok(Section::new(trees, start, normal)?.base(self))
+                Ok(Some(Section::new(trees, start, normal)?.base(self)))
             }
-            _ if self.rim.is_empty() => Err(ChamberError::Closed),
+            _ if self.rim.is_empty() => Err(ChamberError("the endocardium is closed, so nothing says where its base is; give the plane of the base: a point and a normal".into())),
             Trim::Fraction(part) if part > 0.0 && part <= 1.0 => {
                 let start = self.apex + self.up * (part.min(1.0 - BELOW) * self.length);
-                Ok(Section::new(trees, start, self.up)?.base(self))
+                Ok(Some(Section::new(trees, start, self.up)?.base(self)))
             }
-            Trim::Fraction(part) => Err(ChamberError::Surfaces(format!(
+            Trim::Fraction(part) => Err(ChamberError(format!(
                 "the base cannot be at {part} of the axis; give a fraction between 0 and 1, or a point and a normal of finite length"
             ))),
-            Trim::Auto => self.highest(trees),
+            Trim::Auto => Ok(self.highest(trees)),
         }
     }
 
-    fn highest(&self, trees: &Trees) -> Result<Base> {
+    fn highest(&self, trees: &Trees) -> Option<Base> {
         let normal = self.rim_normal.unwrap_or(self.up);
         let heights = self.rim.iter().map(|x| (x - self.apex).dot(&normal));
         let mut height = heights.fold(f64::INFINITY, f64::min) - BELOW * self.length;
@@ -112,11 +112,18 @@ impl Axis {
             if let Ok(section) = Section::new(trees, start, normal)
                 && section.is_whole(trees)
             {
-                return Ok(section.base(self));
+                return Some(section.base(self));
             }
             height -= STEP * self.length;
         }
-        Err(ChamberError::NoBase { apex: self.apex.into(), axis: self.up.into() })
+        None
+    }
+
+    pub(super) fn no_base(&self) -> ChamberError {
+        let [apex, axis] = [self.apex, self.up].map(shown);
+        ChamberError(format!(
+            "no plane across the axis from {apex} along {axis} cuts a whole wall below the valves; give the plane of the base: a point and a normal"
+        ))
     }
 }
 
@@ -186,13 +193,13 @@ pub(super) fn wall(trees: &Trees, origin: Point, direction: Point) -> Result<Poi
     let hits = trees.endocardium.hits(origin, direction);
     let (Some(&first), Some(&last)) = (hits.first(), hits.last()) else {
         let [from, way] = [origin, direction].map(shown);
-        return Err(ChamberError::Surfaces(format!(
+        return Err(ChamberError(format!(
             "the endocardium has a hole below the base: nothing lies from {from} along {way}; put the base further down, or close the hole"
         )));
     };
     let point = origin + direction * first;
     if last - first > SAME * last {
-        return Err(ChamberError::Surfaces(format!(
+        return Err(ChamberError(format!(
             "seen from its axis the endocardium lies behind itself at {}; smooth its folds and papillary muscles, or put the base further down",
             shown(point)
         )));

@@ -56,7 +56,7 @@ pub(super) fn units(inner: &TriangleMesh, outer: &TriangleMesh) -> Option<Chambe
         }
     });
     let (ratio, [inner, outer]) = found?;
-    Some(ChamberError::Surfaces(format!(
+    Some(ChamberError(format!(
         "the endocardium is {endocardium:.3} long and the epicardium {epicardium:.3}, a factor near {ratio} too far apart: the endocardium seems to be in {inner}, the epicardium in {outer}; give both in one unit"
     )))
 }
@@ -67,7 +67,7 @@ fn places(inner: &TriangleMesh, outer: &TriangleMesh, trees: &Trees) -> Option<C
     let [endocardium, epicardium] = [inner, outer].map(length);
     let distance = points.iter().map(|x| trees.epicardium.distance(*x)).fold(0.0, f64::max);
     if distance <= SAME * endocardium {
-        return Some(ChamberError::Surfaces(format!(
+        return Some(ChamberError(format!(
             "the endocardium and the epicardium are the same surface: no point of one is farther than {distance:.1e} from the other; give two surfaces"
         )));
     }
@@ -85,7 +85,7 @@ fn places(inner: &TriangleMesh, outer: &TriangleMesh, trees: &Trees) -> Option<C
     let slack = 0.01 * endocardium;
     let encloses = (0..3).all(|i| low[i] - slack <= least[i] && most[i] <= high[i] + slack);
     if encloses && 2 * behind > of {
-        return Some(ChamberError::Surfaces(format!(
+        return Some(ChamberError(format!(
             "the epicardium, {epicardium:.3} long, lies inside of the endocardium, {endocardium:.3} long; give each in the place of the other"
         )));
     }
@@ -94,7 +94,7 @@ fn places(inner: &TriangleMesh, outer: &TriangleMesh, trees: &Trees) -> Option<C
     }
     let count = points.iter().filter(|x| !in_box(x) || is_behind(x)).count();
     let shift = (low + high - least - most).norm() / 2.0;
-    Some(ChamberError::Surfaces(format!(
+    Some(ChamberError(format!(
         "{count} of {of} points of the endocardium lie outside of the epicardium, and the middles of the two are {shift:.3} apart; give both in one frame of coordinates"
     )))
 }
@@ -104,7 +104,7 @@ fn pieces(surface: &'static str, of: &TriangleMesh) -> Option<ChamberError> {
     let place = merged(&of.points, |_| 0.0);
     let cells: Vec<_> = of.cells.iter().map(|cell| cell.map(|node| place[node])).collect();
     let (pieces, [first, second], at) = parts(of, &cells)?;
-    Some(ChamberError::Surfaces(format!(
+    Some(ChamberError(format!(
         "the {surface} has {pieces} pieces without a common point, the largest of {first} triangles and the next of {second} at {at}; remove the pieces that do not belong to it"
     )))
 }
@@ -112,7 +112,7 @@ fn pieces(surface: &'static str, of: &TriangleMesh) -> Option<ChamberError> {
 /// Several rims: beside the valves, triangles are missing.
 fn holes(surface: &'static str, of: &TriangleMesh) -> Option<ChamberError> {
     let (rims, [first, second], at) = parts(of, &rims(of))?;
-    Some(ChamberError::Surfaces(format!(
+    Some(ChamberError(format!(
         "the {surface} has {rims} rims, the longest of {first} edges and the next of {second} at {at}, and no plane below the valves cuts a whole wall; close the holes, or give the plane of the base: a point and a normal"
     )))
 }

@@ -71,7 +71,7 @@ type Cells = [usize; 3];
 impl Lengths {
     pub(super) fn cells(&self, options: &WallOptions) -> Result<Cells> {
         let fail = |what: String| {
-            Err(ChamberError::Surfaces(format!(
+            Err(ChamberError(format!(
                 "{what}; give 60 to 3000000 nodes, or a positive length of edges, and at least one layer"
             )))
         };
