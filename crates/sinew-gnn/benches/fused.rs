@@ -63,7 +63,6 @@ fn perceptron(
         normalisation: normalised.then(|| LayerNormalisation {
             gain: tracked(Tensor::ones([outputs], device)),
             offset: vector(outputs),
-            epsilon: 1e-6,
         }),
     }
 }
@@ -88,7 +87,7 @@ impl Processor {
         let senders: Vec<usize> = (0..EDGES).map(|i| (i * 7 + i / 511) % NODES).collect();
         let receivers: Vec<usize> =
             (0..EDGES).map(|i| (i * 7 + i / 511 + 1 + i % 60) % NODES).collect();
-        let topology = EdgeTopology::new(NODES, &senders, &receivers).expect("indices in range");
+        let topology = EdgeTopology::new(NODES, &senders, &receivers);
         let step = || Step {
             edge: perceptron(3 * LATENT, LATENT, true, device),
             node: perceptron(2 * LATENT, LATENT, true, device),

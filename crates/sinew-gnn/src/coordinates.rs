@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use sinew_emulate::Body;
 use sinew_emulate::coordinates::{Motions, PrincipalDirections};
 use sinew_emulate::parts::{admissible, scaling, work};
-use sinew_fem::{SolveError, Solver};
+use sinew_fem::{NewtonStep, SolveError, Solver};
 use sinew_graph::Topology;
 
 /// Coordinates of a network's outputs.
@@ -69,11 +69,11 @@ pub(crate) fn of_simulations(
     Ok(PrincipalDirections::about_trend(fields, &parameters, POWER)?)
 }
 
-/// A displacement one Newton step nearer to equilibrium at the centre of the parameter range, or the same where it inverts a cell.
-pub(crate) fn nearer(body: &Body, displacement: &[f64]) -> Result<Vec<f64>> {
+/// A Newton step at the centre of the parameter range; none from a displacement that inverts a cell.
+pub(crate) fn newton_step(body: &Body, displacement: &[f64]) -> Result<Option<NewtonStep>> {
     match Solver::new(body)?.newton_steps(displacement, &body.centre(), 1) {
-        Ok(mut steps) => Ok(steps.remove(0).displacement),
-        Err(SolveError::Inadmissible { .. }) => Ok(displacement.to_vec()),
+        Ok(mut steps) => Ok(steps.pop()),
+        Err(SolveError::Inadmissible { .. }) => Ok(None),
         Err(other) => Err(other.into()),
     }
 }

@@ -67,9 +67,6 @@ pub enum Error {
     /// A solve in the course of training.
     #[error(transparent)]
     Solve(#[from] sinew_fem::SolveError),
-    /// Edges the kernels cannot address.
-    #[error("edges of the topology: {0}")]
-    Edges(#[from] crate::fused::IndexError),
     /// A file could not be read or written.
     #[error("{}: {source}", path.display())]
     File { path: PathBuf, source: std::io::Error },

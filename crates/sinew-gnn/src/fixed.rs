@@ -1,4 +1,4 @@
-//! NetworkPrediction on one geometry, whose message passing is done once.
+//! Predictions on one geometry, whose message passing is done once.
 
 use burn::tensor::Tensor;
 use std::sync::Arc;
@@ -25,26 +25,6 @@ pub struct FixedGeometry {
     output: Arc<OutputMap>,
 }
 
-/// Displacements for a batch of parameter sets.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NetworkPrediction {
-    /// Displacements, parameter set by set, node by node \[length\].
-    pub displacement: Vec<f64>,
-    /// Whether each parameter set lies outside the trained ranges, so that the prediction extrapolates.
-    pub extrapolated: Vec<bool>,
-    degrees_of_freedom: usize,
-}
-
-impl NetworkPrediction {
-    /// Displacement of one parameter set, node by node \[length\].
-    ///
-    /// # Panics
-    /// If there is no such set.
-    pub fn field(&self, set: usize) -> &[f64] {
-        &self.displacement[set * self.degrees_of_freedom..(set + 1) * self.degrees_of_freedom]
-    }
-}
-
 impl FixedGeometry {
     /// Binds a surrogate to a geometry of its training, at index `known`, or to another one.
     pub(crate) fn new(
@@ -64,25 +44,25 @@ impl FixedGeometry {
         }
     }
 
-    /// Displacements of a batch of parameter sets, by the decoder alone.
+    /// Displacement at each of some parameter sets, node by node \[length\], by the decoder alone.
     ///
     /// # Errors
     /// Parameters of a wrong number, not finite, or not positive on a log scale; a prediction that is not finite.
-    pub fn predict(&self, thetas: &[Vec<f64>]) -> Result<NetworkPrediction> {
-        let degrees_of_freedom = self.output.dims().iter().product();
-        let mut displacement: Vec<f64> = Vec::with_capacity(thetas.len() * degrees_of_freedom);
-        for chunk in thetas.chunks((ROWS_PER_CHUNK / self.output.dims()[0]).max(1)) {
+    pub fn predict(&self, thetas: &[Vec<f64>]) -> Result<Vec<Vec<f64>>> {
+        let [nodes, dimensions] = self.output.dims();
+        let mut fields: Vec<Vec<f64>> = Vec::with_capacity(thetas.len());
+        for chunk in thetas.chunks((ROWS_PER_CHUNK / nodes).max(1)) {
             let inputs = self.inputs(chunk)?;
-            let nodes = self.node_parts.iter().cloned();
-            let nodes = nodes.map(|(decoder, values)| (decoder, Input { values, first_row: None }));
-            let output = self.emulator.decode_from(nodes, self.global.clone(), inputs.clone());
-            displacement.extend(numbers(self.output.displacement(output, &inputs)));
+            let parts = self.node_parts.iter().cloned();
+            let parts = parts.map(|(decoder, values)| (decoder, Input { values, first_row: None }));
+            let outputs = self.emulator.decode_from(parts, self.global.clone(), inputs.clone());
+            let displacements = numbers(self.output.displacement(outputs, &inputs));
+            fields.extend(displacements.chunks(nodes * dimensions).map(<[f64]>::to_vec));
         }
-        if let Some(index) = displacement.iter().position(|value| !value.is_finite()) {
-            return Err(Error::PredictionNotFinite { sample: index / degrees_of_freedom });
+        match fields.iter().position(|field| field.iter().any(|u| !u.is_finite())) {
+            Some(sample) => Err(Error::PredictionNotFinite { sample }),
+            None => Ok(fields),
         }
-        let extrapolated = thetas.iter().map(|theta| !self.parameters.contains(theta)).collect();
-        Ok(NetworkPrediction { displacement, extrapolated, degrees_of_freedom })
     }
 
     /// `∂û/∂θ` at one parameter set, a field for each parameter [length per unit of the parameter], in forward mode through the decoder.
@@ -92,8 +72,8 @@ impl FixedGeometry {
     pub fn sensitivity(&self, theta: &[f64]) -> Result<Vec<Vec<f64>>> {
         let inputs = self.inputs(&[theta.to_vec()])?;
         let (global, parts) = (self.global.clone(), &self.node_parts);
-        let (output, change) = self.emulator.decode_with_tangents(parts, global, inputs.clone());
-        let mut tangents = self.output.tangents(&output, &change, &inputs);
+        let (outputs, changes) = self.emulator.decode_with_tangents(parts, global, inputs.clone());
+        let mut tangents = self.output.tangents(outputs, &changes, inputs);
         if tangents.iter().flatten().any(|u| !u.is_finite()) {
             return Err(Error::PredictionNotFinite { sample: 0 });
         }

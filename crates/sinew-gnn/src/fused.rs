@@ -8,7 +8,7 @@
 //! use sinew_gnn::fused::{Activation, EdgeTopology, activate, signed_edge_sum};
 //!
 //! // A path of three nodes; each edge carries one message.
-//! let topology = EdgeTopology::new(3, &[0, 1], &[1, 2])?;
+//! let topology = EdgeTopology::new(3, &[0, 1], &[1, 2]);
 //! let device = Device::flex().autodiff();
 //! let messages = Tensor::<2>::from_floats([[1.0], [-2.0]], &device).require_grad();
 //!
@@ -16,7 +16,6 @@
 //! assert_eq!(sums.dims(), [3, 1]);
 //! let gradient = messages.grad(&sums.powi_scalar(2).sum().backward()).unwrap();
 //! assert_eq!(gradient.dims(), [2, 1]);
-//! # Ok::<(), sinew_gnn::fused::IndexError>(())
 //! ```
 //!
 //! - [`gathered_mlp`]: a perceptron on gathered rows;
@@ -36,11 +35,7 @@
 #![cfg_attr(feature = "ndarray", allow(deprecated))]
 
 mod activation;
-mod combine;
-mod distance;
 mod edges;
-mod elementwise;
-mod error;
 mod host;
 mod index;
 mod mlp;
@@ -50,6 +45,7 @@ mod moments;
 mod normalise;
 mod orthogonalise;
 mod perceptron;
+mod plain;
 mod pool;
 mod potential;
 mod product;
@@ -58,16 +54,14 @@ mod rows;
 mod simd;
 
 pub use activation::Activation;
-pub use combine::{concatenated, normalised, sum};
-pub use distance::mean_distance;
 pub use edges::{EdgeTopology, received_edge_sum, signed_edge_sum};
-pub use elementwise::activate;
-pub use error::IndexError;
-pub(crate) use host::{Cotangents, HostTensor, Pullback, apply};
+pub(crate) use host::{HostTensor, Pullback, apply};
 pub use index::GatherPlan;
 pub use mlp::gathered_mlp;
 pub use moments::{AdamRule, adam_direction, descend, momentum_direction};
+pub(crate) use normalise::VARIANCE_FLOOR;
 pub use orthogonalise::orthogonalise;
 pub use perceptron::{Input, LayerNormalisation, PerceptronWeights};
+pub use plain::{activate, concatenated, mean_distance, normalised, sum};
 pub use potential::fused_potential;
 pub use sinew_num::on_ready_threads;

@@ -6,8 +6,6 @@ use std::sync::Arc;
 use crate::fused::{EdgeTopology, GatherPlan};
 use sinew_graph::Topology;
 
-use crate::error::Result;
-
 /// Senders and receivers of the stored half of the edges.
 #[derive(Debug, Clone)]
 pub struct Graph {
@@ -20,11 +18,11 @@ pub struct Graph {
 impl Graph {
     /// Graph of a topology's edges.
     ///
-    /// # Errors
-    /// Edges between nodes that do not exist, or more than 32-bit indices can number.
-    pub fn new(topology: &Topology) -> Result<Self> {
-        let edges = EdgeTopology::new(topology.nodes, &topology.senders, &topology.receivers)?;
+    /// # Panics
+    /// When an edge ends at a node that does not exist ([`Topology::validate`]).
+    pub fn new(topology: &Topology) -> Self {
+        let edges = EdgeTopology::new(topology.nodes, &topology.senders, &topology.receivers);
         let layers = (0..=topology.clusters.len()).map(|layer| topology.layer(layer)).collect();
-        Ok(Self { layers, plan: GatherPlan::edges(&edges), edges })
+        Self { layers, plan: GatherPlan::edges(&edges), edges }
     }
 }

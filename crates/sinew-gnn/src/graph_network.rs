@@ -10,15 +10,6 @@ use crate::perceptron::{Normalisation, Perceptron};
 use crate::random::Initialiser;
 use crate::{Decoding, Graph, GraphNetworkConfig, Result};
 
-/// Outputs of a network, decoded from the embeddings of nodes, or a change of them.
-#[derive(Debug, Clone)]
-pub struct Output {
-    /// `[batch, real nodes, D]`.
-    pub nodes: Tensor<3>,
-    /// `[batch, virtual nodes, 6]`, where they are decoded.
-    pub clusters: Option<Tensor<3>>,
-}
-
 /// Embeddings of the nodes of a geometry that are decoded, `[nodes, 2 M]`, layer by layer.
 pub type Embedding = Vec<Tensor<2>>;
 
@@ -66,7 +57,9 @@ impl GraphNetwork {
         let parameter_encoder = normalised(config.parameters);
         let local_normalisation = Normalisation::new(source, 2 * latent);
         let inputs = 3 * latent + config.global_features;
-        let mut decoder = |width, outputs| Perceptron::decoder(source, [inputs, width, outputs]);
+        let mut decoder = |width, outputs| {
+            Perceptron::decoder(source, config.activation, [inputs, width, outputs])
+        };
         let decoders = match config.decoding {
             Decoding::Components => {
                 (0..config.dimensions).map(|_| decoder(config.width, 1)).collect()
@@ -115,6 +108,14 @@ impl GraphNetwork {
         self.decoders[0].layers[0].bias.device()
     }
 
+    /// Data among the weights: on a device that records gradients, if these are.
+    pub(crate) fn lifted(&self, data: &Tensor<2>) -> Tensor<2> {
+        match self.device().is_autodiff() {
+            true => Tensor::from_inner(data.clone()),
+            false => data.clone(),
+        }
+    }
+
     /// Rows of the embeddings that are weights, layer by layer of every geometry.
     pub(crate) fn embedded_nodes(&self) -> Vec<Vec<usize>> {
         let geometries = self.embeddings.iter();
@@ -128,18 +129,18 @@ impl GraphNetwork {
     /// and per stored edge.
     pub fn local_embedding(&self, graph: &Graph, nodes: Tensor<2>, edges: Tensor<2>) -> Embedding {
         let aligned = GatherPlan::identity(nodes.dims()[0], 2);
-        let GraphNetworkConfig { latent, activation, .. } = self.config;
-        let mut nodes = self.node_encoder.forward(nodes, activation);
-        let mut edges = self.edge_encoder.forward(edges, activation);
+        let latent = self.config.latent;
+        let mut nodes = self.node_encoder.forward(nodes);
+        let mut edges = self.edge_encoder.forward(edges);
         for (edge_update, node_update) in self.edge_updates.iter().zip(&self.node_updates) {
             // Messages of the stored edges (2.28), functions of `[e, v_receiver, v_sender]`.
             let end = |start: usize| features(nodes.clone(), start);
             let inputs = vec![features(edges.clone(), 0), end(latent), end(2 * latent)];
-            let messages = edge_update.evaluate(inputs, &graph.plan, activation);
+            let messages = edge_update.evaluate(inputs, &graph.plan);
             // Received minus sent ones (2.27).
             let sums = signed_edge_sum(messages.clone(), &graph.edges);
             let inputs = vec![features(nodes.clone(), 0), features(sums, latent)];
-            let update = node_update.evaluate(inputs, &aligned, activation);
+            let update = node_update.evaluate(inputs, &aligned);
             nodes = sum(nodes, update);
             edges = sum(edges, messages);
         }
@@ -181,7 +182,8 @@ impl GraphNetwork {
         parts.map(|(d, local)| (d, self.decoders[d].layers[0].partial(local, start))).collect()
     }
 
-    /// Step 4 for a batch of parameter sets on one geometry.
+    /// Step 4 for a batch of parameter sets on one geometry: a row of outputs for each, those of clusters, where they are decoded, and
+    /// then those of nodes.
     ///
     /// * `local`: from [`GraphNetwork::local_embedding`].
     /// * `global`: `[1, global features]`, standardised; `None` exactly where there are none.
@@ -191,7 +193,7 @@ impl GraphNetwork {
         local: Embedding,
         global: Option<Tensor<2>>,
         parameters: Tensor<2>,
-    ) -> Output {
+    ) -> Tensor<2> {
         let start = self.config.latent + self.config.global_features;
         let decoded = self.decoded(local).into_iter();
         self.decode_from(decoded.map(|(d, local)| (d, features(local, start))), global, parameters)
@@ -203,10 +205,9 @@ impl GraphNetwork {
         nodes: impl Iterator<Item = (usize, Input)>,
         global: Option<Tensor<2>>,
         parameters: Tensor<2>,
-    ) -> Output {
-        let GraphNetworkConfig { latent, activation, .. } = self.config;
-        let batch = parameters.dims()[0];
-        let embedding = self.parameter_encoder.forward(parameters, activation);
+    ) -> Tensor<2> {
+        let (latent, batch) = (self.config.latent, parameters.dims()[0]);
+        let embedding = self.parameter_encoder.forward(parameters);
         let parts = nodes.map(|(decoder, nodes)| {
             let (decoder, count) = (&self.decoders[decoder], nodes.values.dims()[0]);
             // All pairs of nodes and parameter sets, each with the one row of the global shape.
@@ -216,22 +217,22 @@ impl GraphNetwork {
                 plan = plan.and_shared();
                 inputs.push(features(global, latent));
             }
-            let rows = decoder.evaluate(inputs, &plan, activation);
+            let rows = decoder.evaluate(inputs, &plan);
             let outputs = rows.dims()[1];
             rows.reshape([batch, count, outputs])
         });
-        self.gathered(parts.collect())
+        self.in_rows(parts.collect())
     }
 
-    /// The outputs of all decoders, in their order.
-    fn gathered(&self, mut parts: Vec<Tensor<3>>) -> Output {
-        match self.config.decoding {
-            Decoding::Components => Output { nodes: concatenated(parts, 2), clusters: None },
-            Decoding::Motions { .. } => {
-                let nodes = parts.remove(0);
-                let clusters = (!parts.is_empty()).then(|| concatenated(parts, 1));
-                Output { nodes, clusters }
-            }
+    /// Outputs of all decoders, `[batch, nodes it reads, numbers]` in their order, as a row for each parameter set.
+    fn in_rows(&self, mut parts: Vec<Tensor<3>>) -> Tensor<2> {
+        if self.config.decoding == Decoding::Components {
+            return concatenated(parts, 2).flatten(1, 2);
+        }
+        let nodes = parts.remove(0).flatten(1, 2);
+        match parts.is_empty() {
+            true => nodes,
+            false => concatenated(vec![concatenated(parts, 1).flatten(1, 2), nodes], 1),
         }
     }
 
@@ -242,13 +243,12 @@ impl GraphNetwork {
         node_parts: &[(usize, Tensor<2>)],
         global: Option<Tensor<2>>,
         parameters: Tensor<2>,
-    ) -> (Output, Output) {
-        let count = parameters.dims()[1];
-        let GraphNetworkConfig { latent, activation, .. } = self.config;
+    ) -> (Tensor<2>, Tensor<2>) {
+        let (latent, count) = (self.config.latent, parameters.dims()[1]);
         let encoder = &self.parameter_encoder;
         let (first, tangent) =
             (encoder.layers[0].forward(parameters), encoder.layers[0].weight.val());
-        let (embedding, tangent) = encoder.continue_with_tangent(first, tangent, activation);
+        let (embedding, tangent) = encoder.continue_with_tangent(first, tangent);
         let parts = node_parts.iter().map(|(decoder, node_part)| {
             let (decoder, [nodes, width]) = (&self.decoders[*decoder], node_part.dims());
             let layer = &decoder.layers[0];
@@ -260,12 +260,12 @@ impl GraphNetwork {
             let first = node_part.clone() + shared + layer.bias.val().unsqueeze();
             let tangent = layer.partial(tangent.clone(), 0).reshape([count, 1, width]);
             let tangent = tangent.expand([count, nodes, width]).reshape([count * nodes, width]);
-            let (value, tangent) = decoder.continue_with_tangent(first, tangent, activation);
+            let (value, tangent) = decoder.continue_with_tangent(first, tangent);
             let outputs = value.dims()[1];
             (value.reshape([1, nodes, outputs]), tangent.reshape([count, nodes, outputs]))
         });
         let (values, tangents) = parts.unzip();
-        (self.gathered(values), self.gathered(tangents))
+        (self.in_rows(values), self.in_rows(tangents))
     }
 }
 

@@ -76,10 +76,9 @@
 //! // Message passing once, then the decoder only.
 //! let surrogate = trainer.into_surrogate();
 //! let fixed = surrogate.fixed_geometry(&surrogate.geometries()[0])?;
-//! let prediction = fixed.predict(&[vec![0.8], vec![3.0]])?;
+//! let prediction = fixed.predict(&[vec![0.8]])?;
 //! let tip = mesh.points.iter().position(|x| x[0] == 40.0).ok_or("a tip")?;
-//! assert!((prediction.field(0)[2 * tip + 1] / deflection(40.0, 0.8) - 1.0).abs() < 0.1);
-//! assert_eq!(prediction.extrapolated, [false, true]);
+//! assert!((prediction[0][2 * tip + 1] / deflection(40.0, 0.8) - 1.0).abs() < 0.1);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -125,7 +124,6 @@ mod data;
 mod device;
 mod error;
 mod features;
-mod files;
 mod fixed;
 pub mod fused;
 mod graph;
@@ -148,12 +146,12 @@ pub use coordinates::OutputCoordinates;
 pub use data::{DataSet, Geometry, Sample};
 pub use device::Backend;
 pub use error::{Error, Result};
-pub use fixed::{FixedGeometry, NetworkPrediction};
+pub use fixed::FixedGeometry;
 pub use fused::Activation;
 pub use graph::Graph;
-pub use graph_network::{Embedding, GraphNetwork, Output};
+pub use graph_network::{Embedding, GraphNetwork};
 pub use network::{KINDS, Network};
-pub use objective::{Batch, DataFit, GradientOperator, MinimumPotential, Objective, Potential};
+pub use objective::{DataFit, GradientOperator, MinimumPotential, Objective, Potential};
 pub use optimiser::{MuonConfig, OptimiserConfig};
 pub use recipe::Recipe;
 pub use schedule::Schedule;

@@ -6,9 +6,9 @@ use burn::tensor::{DType, Tensor};
 use rayon::prelude::*;
 use sinew_emulate::coordinates::{Coordinates, OutputScale};
 
+use crate::Geometry;
 use crate::arrays::numbers;
-use crate::fused::{Cotangents, HostTensor, Pullback, apply};
-use crate::{Geometry, Output};
+use crate::fused::{HostTensor, Pullback, apply};
 
 /// Map from network outputs to displacements of one geometry, prescribed ones written over them, in double precision.
 ///
@@ -52,48 +52,56 @@ impl OutputMap {
     /// precision. Samples are spread over threads.
     pub(crate) fn displacement(
         self: &Arc<Self>,
-        output: Output,
+        outputs: Tensor<2>,
         parameters: &Tensor<2>,
     ) -> Tensor<3> {
-        let samples = parameters.dims()[0];
-        let parameters = numbers(parameters.clone());
-        let parameters = (0..samples).map(|sample| row(&[&parameters[..]], sample, samples));
-        let parameters: Arc<[Vec<f64>]> = parameters.collect();
-        let (map, dtype) = (self.clone(), output.nodes.dtype());
-        let inputs = output.clusters.into_iter().chain([output.nodes]);
-        let inputs = inputs.map(|x| x.cast(DType::F32).into_dispatch()).collect();
+        let ([samples, width], dtype) = (outputs.dims(), outputs.dtype());
+        let [nodes, dimensions] = self.dims();
+        let (map, parameters) = (self.clone(), Arc::new(rows(parameters)));
         let operation = move |inputs: &[HostTensor], _: bool| {
-            let values: Vec<_> = inputs.iter().map(HostTensor::values).collect();
-            let fields = parameters.par_iter().enumerate().map(|(sample, parameters)| {
-                let outputs = row(&values, sample, samples);
-                map.field(&outputs, parameters).map(|u| u as f32).collect::<Vec<_>>()
+            let outputs = inputs[0].clone();
+            let of_samples = parameters.par_iter().zip(outputs.values().par_chunks_exact(width));
+            let field = |(parameters, outputs): (&Vec<f64>, &[f32])| {
+                map.field(&doubled(outputs), parameters).map(|u| u as f32).collect::<Vec<_>>()
+            };
+            let fields: Vec<_> = of_samples.map(field).collect();
+            let fields = HostTensor::new(fields.concat(), [samples, nodes, dimensions]);
+            let (map, parameters) = (map.clone(), parameters.clone());
+            let pullback = Pullback::new(move |cotangent, _| {
+                let outputs = outputs.values().par_chunks_exact(width);
+                let cotangents = cotangent.par_chunks_exact(nodes * dimensions);
+                let pulled = |((parameters, outputs), cotangent): ((&Vec<f64>, _), _)| {
+                    let pulled = map.pull_back(&doubled(outputs), parameters, &doubled(cotangent));
+                    pulled.into_iter().map(|c| c as f32).collect::<Vec<_>>()
+                };
+                let all: Vec<_> =
+                    parameters.par_iter().zip(outputs).zip(cotangents).map(pulled).collect();
+                vec![Some(all.concat())]
             });
-            let fields: Vec<Vec<f32>> = fields.collect();
-            let output = HostTensor::new(fields.concat(), inputs[inputs.len() - 1].shape());
-            let (map, parameters, inputs) = (map.clone(), parameters.clone(), inputs.to_vec());
-            let pullback =
-                Pullback::new(move |cotangent, _| map.cotangents(&parameters, &inputs, cotangent));
-            (output, pullback)
+            (fields, pullback)
         };
-        apply::<3>(inputs, operation).cast(dtype)
+        apply::<3>(vec![outputs.cast(DType::F32).into_dispatch()], operation).cast(dtype)
     }
 
     /// Displacements where a network adds nothing.
     pub(crate) fn without_network(self: &Arc<Self>, parameters: &Tensor<2>) -> Tensor<3> {
-        let ([nodes, dimensions], [samples, _]) = (self.dims(), parameters.dims());
-        let nodes = Tensor::zeros([samples, nodes, dimensions], &parameters.device());
-        self.displacement(Output { nodes, clusters: None }, parameters)
+        let of_clusters = match &self.coordinates {
+            Coordinates::Motions(motions) => motions.tree().of_clusters(),
+            Coordinates::Components | Coordinates::Principal(_) => 0,
+        };
+        let outputs = [parameters.dims()[0], of_clusters + self.origin.len()];
+        self.displacement(Tensor::zeros(outputs, &parameters.device()), parameters)
     }
 
     /// Derivative of the displacement in each standardised parameter, from a network's outputs at one parameter set and their derivatives.
     pub(crate) fn tangents(
         &self,
-        output: &Output,
-        change: &Output,
-        parameters: &Tensor<2>,
+        outputs: Tensor<2>,
+        changes: &Tensor<2>,
+        parameters: Tensor<2>,
     ) -> Vec<Vec<f64>> {
-        let at = &numbers(parameters.clone())[..];
-        let outputs = self.completed(&rows(output, 1)[0], at, None);
+        let at = &numbers(parameters)[..];
+        let outputs = self.completed(&numbers(outputs), at, None);
         let tangent = |(parameter, change): (usize, Vec<f64>)| {
             let mut direction = vec![0.0; at.len()];
             direction[parameter] = 1.0;
@@ -106,20 +114,14 @@ impl OutputMap {
             self.add_anchors(&mut tangent, at, along);
             self.project(&tangent)
         };
-        rows(change, at.len()).into_iter().enumerate().map(tangent).collect()
+        rows(changes).into_iter().enumerate().map(tangent).collect()
     }
 
     /// A network's outputs and the polynomial's, or their derivatives along a direction of the parameters.
     fn completed(&self, outputs: &[f64], parameters: &[f64], along: Option<&[f64]>) -> Vec<f64> {
         let mut completed = self.coordinates.expansion(parameters, along);
-        let of_clusters = match &self.coordinates {
-            Coordinates::Motions(motions) => motions.tree().of_clusters(),
-            Coordinates::Components | Coordinates::Principal(_) => 0,
-        };
-        completed.resize(of_clusters + self.origin.len(), 0.0);
-        // Without outputs of clusters, these follow the polynomial.
-        let first = completed.len() - outputs.len();
-        completed[first..].iter_mut().zip(outputs).for_each(|(sum, y)| *sum += y);
+        completed.resize(outputs.len(), 0.0);
+        completed.iter_mut().zip(outputs).for_each(|(sum, y)| *sum += y);
         completed
     }
 
@@ -161,7 +163,7 @@ impl OutputMap {
         self.project(&displacement).into_iter().zip(&self.held).map(|(free, held)| free + held)
     }
 
-    /// Cotangent of a sample's outputs from that of its displacement. That of outputs which the row lacks comes first.
+    /// Cotangent of a sample's outputs from that of its displacement.
     fn pull_back(&self, outputs: &[f64], parameters: &[f64], cotangent: &[f64]) -> Vec<f64> {
         let free = self.project(cotangent);
         match &self.coordinates {
@@ -173,56 +175,18 @@ impl OutputMap {
             }
         }
     }
-
-    /// Cotangents of all samples' outputs.
-    fn cotangents(
-        &self,
-        parameters: &[Vec<f64>],
-        inputs: &[HostTensor],
-        cotangent: &[f32],
-    ) -> Cotangents {
-        let samples = parameters.len();
-        let values: Vec<_> = inputs.iter().map(HostTensor::values).collect();
-        let rows = parameters.par_iter().enumerate().map(|(sample, parameters)| {
-            let cotangent = row(&[cotangent], sample, samples);
-            self.pull_back(&row(&values, sample, samples), parameters, &cotangent)
-        });
-        let rows: Vec<Vec<f64>> = rows.collect();
-        let mut after = 0;
-        let gradient = |values: &&[f32]| {
-            let length = values.len() / samples.max(1);
-            after += length;
-            let part = |row: &Vec<f64>| {
-                let from = row.len() - after;
-                row[from..from + length].iter().map(|value| *value as f32).collect::<Vec<_>>()
-            };
-            Some(rows.iter().flat_map(part).collect())
-        };
-        // The last outputs end the rows.
-        let mut gradients: Cotangents = values.iter().rev().map(gradient).collect();
-        gradients.reverse();
-        gradients
-    }
 }
 
 fn scaled(values: &[f64], scale: &[f64]) -> Vec<f64> {
     values.iter().zip(scale).map(|(value, scale)| value * scale).collect()
 }
 
-/// Outputs of clusters and then of nodes, a row for each sample.
-fn rows(output: &Output, samples: usize) -> Vec<Vec<f64>> {
-    let parts = output.clusters.iter().chain([&output.nodes]);
-    let parts: Vec<_> = parts.cloned().map(numbers).collect();
-    let parts: Vec<_> = parts.iter().map(Vec::as_slice).collect();
-    (0..samples).map(|sample| row(&parts, sample, samples)).collect()
+/// Rows of a tensor.
+fn rows(table: &Tensor<2>) -> Vec<Vec<f64>> {
+    let columns = table.dims()[1];
+    numbers(table.clone()).chunks(columns).map(<[f64]>::to_vec).collect()
 }
 
-/// Numbers of one of `samples` in each of the parts, in a row.
-fn row<T: Copy + Into<f64>>(parts: &[&[T]], sample: usize, samples: usize) -> Vec<f64> {
-    let of_sample = |part: &&[T]| {
-        let length = part.len() / samples;
-        let values = part[sample * length..(sample + 1) * length].iter();
-        values.map(|&value| value.into()).collect::<Vec<f64>>()
-    };
-    parts.iter().flat_map(of_sample).collect()
+fn doubled(values: &[f32]) -> Vec<f64> {
+    values.iter().map(|&value| value.into()).collect()
 }

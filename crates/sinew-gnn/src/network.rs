@@ -4,9 +4,8 @@ mod course;
 
 use crate::budget::scale;
 use crate::{
-    Backend, DataSet, Decoding, Error, FixedGeometry, Geometry, GraphNetworkConfig,
-    NetworkPrediction, Objective, OutputCoordinates, Result, Sample, Surrogate, TrainingConfig,
-    coordinates, features,
+    Backend, DataSet, Decoding, Error, FixedGeometry, Geometry, GraphNetworkConfig, Objective,
+    OutputCoordinates, Result, Sample, Surrogate, TrainingConfig, coordinates, features,
 };
 use course::Course;
 use serde::{Deserialize, Serialize};
@@ -93,14 +92,14 @@ fn load(folder: &Path, _: &Body) -> sinew_emulate::Result<Box<dyn Predictor>> {
     Ok(Box::new(TrainedNetwork::new(surrogate)?))
 }
 
-/// Displacements of a prediction.
+/// Displacements of a prediction, one after the other.
 fn displacement(
     body: &Body,
     thetas: &[Vec<f64>],
-    predicted: Result<NetworkPrediction>,
+    predicted: Result<Vec<Vec<f64>>>,
 ) -> sinew_emulate::Result<Vec<f64>> {
     match predicted {
-        Ok(predicted) => Ok(predicted.displacement),
+        Ok(fields) => Ok(fields.concat()),
         Err(Error::PredictionNotFinite { sample }) => Err(not_finite(body, &thetas[sample])),
         Err(other) => Err(other.into()),
     }
@@ -203,9 +202,10 @@ pub(crate) fn train(
             geometry.coordinates = timed(&mut record.prepare_s, || at_rest(&geometry))?;
             data.geometries = vec![geometry.clone()];
             let surrogate = course.stage("anchor", &data, first)?;
-            let anchor = surrogate.predict(&geometry, &[body.centre()])?.displacement;
+            let anchor = surrogate.predict(&geometry, &[body.centre()])?.concat();
             earlier = course.kept.map(|kept| (surrogate, kept));
-            let anchor = coordinates::nearer(body, &anchor)?;
+            let step = coordinates::newton_step(body, &anchor)?;
+            let anchor = step.map_or(anchor, |step| step.displacement);
             timed(&mut record.prepare_s, || course.expanded(&mut geometry, &anchor))?
         }
     };

@@ -12,16 +12,9 @@ use burn::tensor::Tensor;
 
 use crate::{DataSet, Result, Sample};
 
-/// Samples of one geometry, predicted together.
-#[derive(Debug, Clone, Copy)]
-pub struct Batch<'a> {
-    /// Index of the geometry.
-    pub geometry: usize,
-    /// The samples, in the order of the predictions.
-    pub samples: &'a [&'a Sample],
-}
-
 /// A loss of predicted displacements. [`Objective::check`] requires that it suits the data.
+///
+/// Samples of a batch are all of one geometry, and in the order of the predictions.
 ///
 /// Losses are dimensionless, so that learning rates and gradient clipping mean the same in every
 /// system of units.
@@ -37,11 +30,11 @@ pub trait Objective: Send + Sync {
     ///
     /// # Errors
     /// A batch the objective cannot be evaluated on.
-    fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>>;
+    fn loss(&self, samples: &[&Sample], displacement: Tensor<3>) -> Result<Tensor<1>>;
 
     /// Number of displacements of a batch that the objective finds inadmissible.
-    fn inadmissible(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> usize {
-        let _ = (batch, displacement);
+    fn inadmissible(&self, samples: &[&Sample], displacement: Tensor<3>) -> usize {
+        let _ = (samples, displacement);
         0
     }
 }

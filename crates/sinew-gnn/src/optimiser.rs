@@ -1,24 +1,18 @@
 //! Optimisers: Adam, and Muon as the published training figures used it.
 
-mod muon;
 mod update;
-
-pub use muon::MuonConfig;
 
 use std::collections::BTreeMap;
 
-use crate::fused::AdamRule;
+use crate::fused::{momentum_direction, orthogonalise};
 use burn::optim::GradientsParams;
 use burn::tensor::Tensor;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 pub(crate) use update::collect;
-use update::{Moments, apply, squared_norm};
+use update::{Moments, Update, apply, bias_correction, squared_norm};
 
 use crate::graph_network::GraphNetwork;
-
-/// Added to the root of Adam's second moment.
-const ADAM_EPSILON: f32 = 1e-8;
 
 /// A choice of optimiser, as stored in configurations and checkpoints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -46,6 +40,52 @@ impl Default for OptimiserConfig {
     fn default() -> Self {
         Self::Muon(MuonConfig::default())
     }
+}
+
+/// Muon (K. Jordan, 2024) with Nesterov momentum on matrices, Adam with Nesterov momentum on
+/// vectors and on embeddings that are weights, both at the same learning rate: the arithmetic of
+/// `optax.contrib.muon`, which scales the orthogonal update of a matrix `[inputs, outputs]` by
+/// √max(1, outputs / inputs).
+/// (Burn's own Muon scales by the inverse ratio, has no bias correction and takes matrices only.)
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct MuonConfig {
+    /// Decay of the momentum of matrices.
+    pub momentum: f32,
+    /// Adam's decay of the first moment of vectors.
+    pub beta1: f32,
+    /// Adam's decay of the second moment of vectors.
+    pub beta2: f32,
+}
+
+impl Default for MuonConfig {
+    fn default() -> Self {
+        Self { momentum: 0.95, beta1: 0.9, beta2: 0.99 }
+    }
+}
+
+impl MuonConfig {
+    /// Turns a gradient into the direction of change, after `steps` steps.
+    pub(super) fn direct(&self, steps: i32, update: &mut Update) {
+        // Rows of embeddings are no layer of a network.
+        if update.shape.len() != 2 || update.name.starts_with("embeddings") {
+            let betas = [self.beta1, self.beta2];
+            return update.by_adam(betas, steps, nesterov(self.beta1, steps));
+        }
+        let Update { gradient, moments, shape, .. } = update;
+        let [of_momentum, of_gradient] = nesterov(self.momentum, steps);
+        moments.first.resize(gradient.len(), 0.0);
+        momentum_direction(self.momentum, of_momentum, of_gradient, &mut moments.first, gradient);
+        orthogonalise(gradient, shape[1]);
+        let scale = (shape[1] as f32 / shape[0] as f32).max(1.0).sqrt();
+        gradient.iter_mut().for_each(|value| *value *= scale);
+    }
+}
+
+/// Factors of momentum and gradient in the bias-corrected Nesterov momentum after `steps` steps.
+fn nesterov(decay: f32, steps: i32) -> [f32; 2] {
+    let left = |steps: i32| 1.0 - decay.powi(steps);
+    [decay / left(steps + 1), (1.0 - decay) / left(steps)]
 }
 
 /// The history of an optimiser.
@@ -82,16 +122,13 @@ impl Optimiser {
             update.moments = self.moments.remove(&update.id.val()).unwrap_or_default();
         }
         self.steps += 1;
-        match *config {
+        let steps = self.steps as i32;
+        updates.par_iter_mut().for_each(|update| match config {
             OptimiserConfig::Adam { beta1, beta2 } => {
-                let correction = |beta: f32| 1.0 / (1.0 - beta.powi(self.steps as i32));
-                let (of_first, of_second) = (correction(beta1), correction(beta2));
-                let (of_gradient, epsilon) = (0.0, ADAM_EPSILON);
-                let rule = AdamRule { beta1, beta2, of_first, of_gradient, of_second, epsilon };
-                updates.par_iter_mut().for_each(|update| update.by_adam(rule));
+                update.by_adam([*beta1, *beta2], steps, [bias_correction(*beta1, steps), 0.0]);
             }
-            OptimiserConfig::Muon(ref config) => muon::direct(config, self.steps, &mut updates),
-        }
+            OptimiserConfig::Muon(config) => config.direct(steps, update),
+        });
         let moments = updates.iter_mut().map(|u| (u.id.val(), std::mem::take(&mut u.moments)));
         self.moments.extend(moments);
         *emulator = apply(emulator.clone(), updates, learning_rate as f32);

@@ -3,15 +3,12 @@
 use std::sync::Arc;
 
 use crate::fused::{Activation, GatherPlan, Input, LayerNormalisation, PerceptronWeights};
-use crate::fused::{activate, gathered_mlp};
+use crate::fused::{VARIANCE_FLOOR, activate, gathered_mlp};
 use burn::module::{Module, Param};
 use burn::tensor::Tensor;
 
 use crate::config::GraphNetworkConfig;
 use crate::random::Initialiser;
-
-/// Added to the variance in every normalisation.
-pub(crate) const NORMALISATION_EPSILON: f64 = 1e-6;
 
 /// `x W + b`.
 #[derive(Module, Debug)]
@@ -53,32 +50,25 @@ impl Normalisation {
         Self { gain: source.constant(1.0, [features]), offset: source.constant(0.0, [features]) }
     }
 
-    fn forward(&self, x: Tensor<2>) -> Tensor<2> {
-        let (deviation, inverse) = centre(x);
-        deviation * inverse * self.gain.val().unsqueeze() + self.offset.val().unsqueeze()
-    }
-
     /// Weights for [`fused`](crate::fused) operations.
     pub(crate) fn fused(&self) -> LayerNormalisation {
         let (gain, offset) = (self.gain.val(), self.offset.val());
-        LayerNormalisation { gain, offset, epsilon: NORMALISATION_EPSILON }
+        LayerNormalisation { gain, offset }
     }
 
-    /// Derivative in direction `tangent` at `x`.
-    pub(crate) fn tangent(&self, x: Tensor<2>, tangent: Tensor<2>) -> Tensor<2> {
-        let (deviation, inverse) = centre(x);
-        let normal = deviation * inverse.clone();
+    /// Normalised rows and their derivatives. Several directions share a value: row `i` of `tangent` belongs to row `i mod rows` of `x`.
+    fn with_tangent(&self, x: Tensor<2>, tangent: Tensor<2>) -> (Tensor<2>, Tensor<2>) {
+        let directions = tangent.dims()[0] / x.dims()[0];
+        let deviation = x.clone() - x.mean_dim(1);
+        let variance = (deviation.clone() * deviation.clone()).mean_dim(1);
+        let inverse = (variance + VARIANCE_FLOOR).sqrt().recip();
+        let (normal, gain) = (deviation * inverse.clone(), self.gain.val().unsqueeze::<2>());
+        let value = normal.clone() * gain.clone() + self.offset.val().unsqueeze();
+        let [normal, inverse] = [normal, inverse].map(|x| x.repeat_dim(0, directions));
         let tangent = tangent.clone() - tangent.mean_dim(1);
         let along = (normal.clone() * tangent.clone()).mean_dim(1);
-        (tangent - normal * along) * inverse * self.gain.val().unsqueeze()
+        (value, (tangent - normal * along) * inverse * gain)
     }
-}
-
-/// Deviations from the row means and inverse standard deviations of the rows.
-fn centre(x: Tensor<2>) -> (Tensor<2>, Tensor<2>) {
-    let deviation = x.clone() - x.mean_dim(1);
-    let variance = (deviation.clone() * deviation.clone()).mean_dim(1);
-    (deviation, (variance + NORMALISATION_EPSILON).sqrt().recip())
 }
 
 /// A perceptron with two hidden layers; its output is normalised where `normalisation` is present.
@@ -86,7 +76,9 @@ fn centre(x: Tensor<2>) -> (Tensor<2>, Tensor<2>) {
 pub(crate) struct Perceptron {
     /// Three of them.
     pub layers: Vec<Affine>,
-    pub normalisation: Option<Normalisation>,
+    normalisation: Option<Normalisation>,
+    #[module(skip)]
+    activation: Activation,
 }
 
 impl Perceptron {
@@ -96,38 +88,36 @@ impl Perceptron {
         config: &GraphNetworkConfig,
         inputs: usize,
     ) -> Self {
-        let layers = layers(source, &[inputs, config.width, config.width, config.latent]);
-        Self { layers, normalisation: Some(Normalisation::new(source, config.latent)) }
+        let GraphNetworkConfig { width, latent, activation, .. } = *config;
+        let layers = layers(source, &[inputs, width, width, latent]);
+        let normalisation = Some(Normalisation::new(source, latent));
+        Self { layers, normalisation, activation }
     }
 
     /// Decoder from inputs over hidden layers of a width to outputs, which are not normalised, and initially zero everywhere.
     pub(crate) fn decoder(
         source: &mut Initialiser<'_>,
+        activation: Activation,
         [inputs, width, outputs]: [usize; 3],
     ) -> Self {
         let mut layers = layers(source, &[inputs, width, width]);
         let weight = source.constant(0.0, [width, outputs]);
         layers.push(Affine { weight, bias: source.constant(0.0, [outputs]) });
-        Self { layers, normalisation: None }
+        Self { layers, normalisation: None, activation }
     }
 
     /// Output for whole inputs.
-    pub(crate) fn forward(&self, x: Tensor<2>, activation: Activation) -> Tensor<2> {
+    pub(crate) fn forward(&self, x: Tensor<2>) -> Tensor<2> {
         let plan = GatherPlan::identity(x.dims()[0], 1);
-        let input = Input { values: x, first_row: Some(0) };
-        self.evaluate(vec![input], &plan, activation)
+        self.evaluate(vec![Input { values: x, first_row: Some(0) }], &plan)
     }
 
     /// Output for inputs whose parts are rows of `inputs`, as the plan tells.
-    pub(crate) fn evaluate(
-        &self,
-        inputs: Vec<Input>,
-        plan: &Arc<GatherPlan>,
-        activation: Activation,
-    ) -> Tensor<2> {
+    pub(crate) fn evaluate(&self, inputs: Vec<Input>, plan: &Arc<GatherPlan>) -> Tensor<2> {
         let layer = |k: usize| (self.layers[k].weight.val(), self.layers[k].bias.val());
         let layers = std::array::from_fn(layer);
         let normalisation = self.normalisation.as_ref().map(Normalisation::fused);
+        let activation = self.activation;
         gathered_mlp(inputs, plan, PerceptronWeights { activation, layers, normalisation })
     }
 
@@ -137,19 +127,19 @@ impl Perceptron {
         &self,
         first: Tensor<2>,
         tangent: Tensor<2>,
-        activation: Activation,
     ) -> (Tensor<2>, Tensor<2>) {
         let directions = tangent.dims()[0] / first.dims()[0];
         let (mut value, mut tangent) = (first, tangent);
         for layer in &self.layers[1..] {
-            let active = activate(value, activation);
-            let slope = slope_of_active(active.clone(), activation);
+            let active = activate(value, self.activation);
+            let slope = slope_of_active(active.clone(), self.activation);
             tangent = (tangent * slope.repeat_dim(0, directions)).matmul(layer.weight.val());
             value = layer.forward(active);
         }
-        let Some(normalisation) = &self.normalisation else { return (value, tangent) };
-        let repeated = value.clone().repeat_dim(0, directions);
-        (normalisation.forward(value), normalisation.tangent(repeated, tangent))
+        match &self.normalisation {
+            Some(normalisation) => normalisation.with_tangent(value, tangent),
+            None => (value, tangent),
+        }
     }
 }
 

@@ -10,7 +10,7 @@ use crate::map::OutputMap;
 use crate::tensors::GeometryTensors;
 use crate::{
     DataSet, Decoding, Embedding, FixedGeometry, Geometry, Graph, GraphNetwork, GraphNetworkConfig,
-    NetworkPrediction, Result, Sample,
+    Result, Sample,
 };
 use sinew_emulate::coordinates::{
     Coordinates, OutputScale, ParameterScaling, all_terms, check_terms, require_count,
@@ -146,12 +146,12 @@ impl Surrogate {
         self.geometries.iter().position(same)
     }
 
-    /// NetworkPrediction for a batch of parameter sets on one geometry: all steps of Algorithm 2, or the decoders alone where the
+    /// Displacement at each of some parameter sets on one geometry, node by node \[length\]: all steps of Algorithm 2, or the decoders alone where the
     /// geometry was trained on and its embeddings are weights.
     ///
     /// # Errors
     /// As [`Surrogate::fixed_geometry`] and [`FixedGeometry::predict`].
-    pub fn predict(&self, geometry: &Geometry, thetas: &[Vec<f64>]) -> Result<NetworkPrediction> {
+    pub fn predict(&self, geometry: &Geometry, thetas: &[Vec<f64>]) -> Result<Vec<Vec<f64>>> {
         self.fixed_geometry(geometry)?.predict(thetas)
     }
 
@@ -163,7 +163,7 @@ impl Surrogate {
         &self,
         geometry: &Geometry,
         thetas: &[Vec<f64>],
-    ) -> Result<NetworkPrediction> {
+    ) -> Result<Vec<Vec<f64>>> {
         FixedGeometry::new(self, None, &self.prepare(geometry)?).predict(thetas)
     }
 
@@ -200,8 +200,8 @@ impl Surrogate {
         let decoded = matches!(self.emulator.config.decoding, Decoding::Motions { .. });
         require_count("outputs that are rigid motions", motions.into(), decoded.into())?;
         let parameters = self.scales.parameters.ranges().len();
-        let (slopes, rates) = (geometry.coordinates.slopes().len(), geometry.coordinates.rates());
-        check_terms(slopes - usize::from(!rates.is_empty()), parameters)?;
+        let (slopes, rates) = geometry.coordinates.taylor();
+        check_terms(slopes.len() - usize::from(!rates.is_empty()), parameters)?;
         if let Some(anchors) = geometry.coordinates.anchors() {
             anchors.variance(&vec![0.0; parameters])?;
         }
@@ -216,7 +216,7 @@ impl Surrogate {
         let table = |values: &[f64], rows| matrix(values, rows, &device);
         let output = OutputMap::new(geometry, &self.scales.output, dimensions).into();
         Ok(GeometryTensors {
-            graph: Graph::new(&geometry.topology)?,
+            graph: Graph::new(&geometry.topology),
             nodes: table(&features.nodes.values, features.nodes.rows),
             edges: table(&features.edges.values, features.edges.rows),
             global: (!global.is_empty()).then(|| table(&global, 1)),

@@ -23,7 +23,8 @@ pub(crate) struct GeometryTensors {
 impl GeometryTensors {
     /// Embeddings of its nodes by message passing.
     pub(crate) fn embedding(&self, emulator: &GraphNetwork) -> Embedding {
-        emulator.local_embedding(&self.graph, self.nodes.clone(), self.edges.clone())
+        let [nodes, edges] = [&self.nodes, &self.edges].map(|table| emulator.lifted(table));
+        emulator.local_embedding(&self.graph, nodes, edges)
     }
 
     /// Displacements at standardised parameters \[length\], from the embeddings of its nodes.
@@ -31,23 +32,10 @@ impl GeometryTensors {
         &self,
         emulator: &GraphNetwork,
         local: Embedding,
-        mut parameters: Tensor<2>,
+        parameters: &Tensor<2>,
     ) -> Tensor<3> {
-        if self.nodes.is_autodiff() {
-            parameters = Tensor::from_inner(parameters);
-        }
-        let output = emulator.decode(local, self.global.clone(), parameters.clone());
-        self.output.displacement(output, &parameters)
-    }
-
-    /// Tensors on the device of an automatically differentiated network.
-    pub(crate) fn lifted(&self) -> Self {
-        Self {
-            graph: self.graph.clone(),
-            nodes: Tensor::from_inner(self.nodes.clone()),
-            edges: Tensor::from_inner(self.edges.clone()),
-            global: self.global.clone().map(Tensor::from_inner),
-            output: self.output.clone(),
-        }
+        let global = self.global.as_ref().map(|table| emulator.lifted(table));
+        let outputs = emulator.decode(local, global, emulator.lifted(parameters));
+        self.output.displacement(outputs, parameters)
     }
 }

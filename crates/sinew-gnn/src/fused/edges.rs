@@ -1,6 +1,5 @@
 //! Sums of edge messages at the nodes of a graph.
 
-use crate::fused::error::IndexError;
 use crate::fused::host::{HostTensor, Pullback, apply, is_on_host};
 use crate::fused::index::{Gather, GatherPlan, Index};
 use crate::fused::reference;
@@ -24,17 +23,15 @@ pub struct EdgeTopology {
 
 impl EdgeTopology {
     /// Edge `i` goes from node `senders[i]` to node `receivers[i]`, both below `nodes`.
-    pub fn new(
-        nodes: usize,
-        senders: &[usize],
-        receivers: &[usize],
-    ) -> Result<Arc<Self>, IndexError> {
-        if senders.len() != receivers.len() {
-            let [senders, receivers] = [senders, receivers].map(<[usize]>::len);
-            return Err(IndexError::UnpairedEdges { senders, receivers });
-        }
-        let (senders, receivers) = (Index::new(senders, nodes)?, Index::new(receivers, nodes)?);
-        Ok(Arc::new(Self { nodes, senders, receivers }))
+    ///
+    /// # Panics
+    /// When there are not as many senders as receivers, or one of them does not exist.
+    pub fn new(nodes: usize, senders: &[usize], receivers: &[usize]) -> Arc<Self> {
+        assert_eq!(senders.len(), receivers.len(), "senders and receivers of edges");
+        let beyond = senders.iter().chain(receivers).find(|node| **node >= nodes);
+        assert_eq!(beyond, None, "an end of an edge beyond the {nodes} nodes");
+        let [senders, receivers] = [senders, receivers].map(|ends| Index::new(ends, nodes));
+        Arc::new(Self { nodes, senders, receivers })
     }
 
     /// Numbers of nodes and of edges.

@@ -1,6 +1,5 @@
 //! Row indices, their inverses, and plans that say which source rows meet in which row.
 
-use crate::fused::error::IndexError;
 use sinew_num::cells_of_nodes;
 use std::sync::Arc;
 
@@ -14,15 +13,11 @@ pub(crate) struct Index {
 }
 
 impl Index {
-    /// Requires that all of `targets` are below `count`.
-    pub(crate) fn new(targets: &[usize], count: usize) -> Result<Self, IndexError> {
-        let most = targets.len().max(count);
-        u32::try_from(most).map_err(|_| IndexError::TooMany(most))?;
-        if let Some(position) = targets.iter().position(|&target| target >= count) {
-            return Err(IndexError::OutOfRange { position, index: targets[position], count });
-        }
+    /// Index of targets below `count`.
+    pub(crate) fn new(targets: &[usize], count: usize) -> Self {
+        assert!(u32::try_from(count).is_ok(), "{count} nodes do not fit 32-bit indices");
         let inverse = cells_of_nodes(count, targets.iter().map(|&target| [target]));
-        Ok(Self { targets: targets.iter().map(|&target| target as u32).collect(), inverse })
+        Self { targets: targets.iter().map(|&target| target as u32).collect(), inverse }
     }
 }
 

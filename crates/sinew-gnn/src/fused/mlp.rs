@@ -65,14 +65,13 @@ pub fn gathered_mlp(
         plan: plan.clone(),
         activation: weights.activation,
         first_rows: inputs.iter().map(|input| input.first_row).collect(),
-        epsilon: weights.normalisation.as_ref().map(|normalisation| normalisation.epsilon as f32),
     };
     let mut tensors: Vec<_> =
         inputs.into_iter().map(|input| input.values.into_dispatch()).collect();
     for (weight, bias) in weights.layers {
         tensors.extend([weight.into_dispatch(), bias.into_dispatch()]);
     }
-    if let Some(LayerNormalisation { gain, offset, .. }) = weights.normalisation {
+    if let Some(LayerNormalisation { gain, offset }) = weights.normalisation {
         tensors.extend([gain.into_dispatch(), offset.into_dispatch()]);
     }
     apply(tensors, move |inputs, tracked| operation.evaluate(inputs, tracked))
@@ -99,7 +98,7 @@ fn check_shapes(inputs: &[Input], plan: &GatherPlan, weights: &PerceptronWeights
             None => assert_eq!(columns, first, "a product against the first bias"),
         }
     }
-    if let Some(LayerNormalisation { gain, offset, .. }) = &weights.normalisation {
+    if let Some(LayerNormalisation { gain, offset }) = &weights.normalisation {
         let found = [gain.dims()[0], offset.dims()[0]];
         assert_eq!(found, [outputs; 2], "gain and offset against the output");
     }
@@ -111,8 +110,6 @@ struct GatheredMlp {
     activation: Activation,
     /// Per input, see `first_row` of [`Input`].
     first_rows: Vec<Option<usize>>,
-    /// Epsilon of the normalisation, if there is one.
-    epsilon: Option<f32>,
 }
 
 impl GatheredMlp {
@@ -137,11 +134,9 @@ impl GatheredMlp {
             activation: self.activation,
             weights: std::array::from_fn(|layer| tensors[2 * layer].values()),
             biases: std::array::from_fn(|layer| tensors[2 * layer + 1].values()),
-            normalisation: self.epsilon.map(|epsilon| Normalisation {
-                gain: tensors[6].values(),
-                offset: tensors[7].values(),
-                epsilon,
-            }),
+            normalisation: tensors
+                .get(6)
+                .map(|gain| Normalisation { gain: gain.values(), offset: tensors[7].values() }),
         }
     }
 

@@ -107,14 +107,9 @@ impl Pass<'_> {
     fn keeps_rows(&self) -> bool {
         self.sources.iter().zip(self.needed).any(|(source, needed)| match source.gather {
             Gather::Identity => *needed,
-            Gather::Indexed(_) => self.has_gradient(source, *needed),
+            Gather::Indexed(_) => true,
             Gather::Cyclic { .. } | Gather::Repeated { .. } => false,
         })
-    }
-
-    /// Whether the gradient of a source's product is of use.
-    fn has_gradient(&self, source: &Source<'_>, needed: bool) -> bool {
-        needed || source.first_row.is_some()
     }
 
     /// Rows of every group: whole tiles, as even as they come.
@@ -134,13 +129,12 @@ impl Pass<'_> {
         let normalised = if self.parameters.normalisation.is_some() { outputs } else { 0 };
         let mut sizes =
             vec![first, first * second, second, second * outputs, outputs, normalised, normalised];
-        let of_source = |(source, needed): (&Source<'_>, &bool)| match source.gather {
-            _ if !self.has_gradient(source, *needed) => 0,
+        let of_source = |source: &Source<'_>| match source.gather {
             Gather::Identity if source.first_row.is_some() => source.width * first,
             Gather::Identity | Gather::Indexed(_) => 0,
             _ => source.values.len() / source.width.max(1) * first,
         };
-        sizes.extend(self.sources.iter().zip(self.needed).map(of_source));
+        sizes.extend(self.sources.iter().map(of_source));
         sizes
     }
 
@@ -265,7 +259,7 @@ impl Pass<'_> {
         for ((source, needed), sum) in self.sources.iter().zip(self.needed).zip(of_sources) {
             let product = match source.gather {
                 Gather::Identity => Cow::Borrowed(d_first),
-                Gather::Indexed(index) if self.has_gradient(source, *needed) => {
+                Gather::Indexed(index) => {
                     let mut product = vec![0.0; index.inverse.len() * hidden];
                     add_up(d_first, &index.inverse, 1.0, hidden, &mut product);
                     product.into()

@@ -15,29 +15,30 @@ pub struct AdamRule {
     pub of_gradient: f32,
     /// Factor of the second moment under the root: the bias correction.
     pub of_second: f32,
-    /// Added to the root.
-    pub epsilon: f32,
 }
+
+/// Added to the root of Adam's second moment.
+const EPSILON: f32 = 1e-8;
 
 vectorised! {
     /// Updates both moments and replaces `gradient` by the direction of change
-    /// `(of_first m + of_gradient g) / (√(of_second v) + ε)`.
+    /// `(of_first m + of_gradient g) / (√(of_second v) + 1e-8)`.
     ///
     /// ```
     /// use sinew_gnn::fused::{AdamRule, adam_direction};
     ///
-    /// let rule = AdamRule { beta1: 0.9, beta2: 0.999, of_first: 10.0, of_gradient: 0.0, of_second: 1e3, epsilon: 0.0 };
+    /// let rule = AdamRule { beta1: 0.9, beta2: 0.999, of_first: 10.0, of_gradient: 0.0, of_second: 1e3 };
     /// let (mut m, mut v, mut g) = ([0.0], [0.0], [-3.0]);
     /// adam_direction(rule, &mut m, &mut v, &mut g);
     /// assert!((g[0] + 1.0).abs() < 1e-4); // the first step has the gradient's sign
     /// ```
     pub fn adam_direction<FUSED>(rule: AdamRule, first: &mut [f32], second: &mut [f32], gradient: &mut [f32]) {
-        let AdamRule { beta1, beta2, of_first, of_gradient, of_second, epsilon } = rule;
+        let AdamRule { beta1, beta2, of_first, of_gradient, of_second } = rule;
         for ((m, v), g) in first.iter_mut().zip(second).zip(gradient) {
             *m = multiply_add::<FUSED>(beta1, *m, (1.0 - beta1) * *g);
             *v = multiply_add::<FUSED>(beta2, *v, (1.0 - beta2) * *g * *g);
             let ahead = multiply_add::<FUSED>(of_first, *m, of_gradient * *g);
-            *g = ahead / ((of_second * *v).sqrt() + epsilon);
+            *g = ahead / ((of_second * *v).sqrt() + EPSILON);
         }
     }
 

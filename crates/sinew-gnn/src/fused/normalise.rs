@@ -2,12 +2,14 @@
 
 use crate::fused::simd::{dot, multiply_add, sum_of, vectorised};
 
-/// Gain and offset of a normalisation, and what is added to the variance.
+/// Added to every variance.
+pub(crate) const VARIANCE_FLOOR: f64 = 1e-6;
+
+/// Gain and offset of a normalisation.
 #[derive(Clone, Copy)]
 pub(crate) struct Normalisation<'a> {
     pub gain: &'a [f32],
     pub offset: &'a [f32],
-    pub epsilon: f32,
 }
 
 vectorised! {
@@ -19,7 +21,7 @@ vectorised! {
         normal: &mut [f32],
         inverse: &mut [f32],
     ) {
-        let Normalisation { gain, offset, epsilon } = normalisation;
+        let Normalisation { gain, offset } = normalisation;
         let width = gain.len();
         let offset = &offset[..width];
         for ((row, normal), inverse) in
@@ -27,7 +29,7 @@ vectorised! {
         {
             let mean = sum_of(row, |x| x) / width as f32;
             let variance = sum_of(row, |x| (x - mean) * (x - mean)) / width as f32;
-            *inverse = 1.0 / (variance + epsilon).sqrt();
+            *inverse = 1.0 / (variance + VARIANCE_FLOOR as f32).sqrt();
             let (row, normal) = (&mut row[..width], &mut normal[..width]);
             for j in 0..width {
                 normal[j] = (row[j] - mean) * *inverse;

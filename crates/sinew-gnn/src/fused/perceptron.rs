@@ -15,15 +15,13 @@ pub struct PerceptronWeights {
     pub normalisation: Option<LayerNormalisation>,
 }
 
-/// Normalisation of every row to mean zero and variance one, then `gain · x + offset`.
+/// Normalisation of every row to mean zero and variance one, to which 1e-6 is added, then `gain · x + offset`.
 #[derive(Clone, Debug)]
 pub struct LayerNormalisation {
     /// `[m]`.
     pub gain: Tensor<1>,
     /// `[m]`.
     pub offset: Tensor<1>,
-    /// Added to the variance.
-    pub epsilon: f64,
 }
 
 /// One part of a perceptron's input.

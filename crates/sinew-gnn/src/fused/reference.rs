@@ -2,6 +2,7 @@
 //! the oracle of the tests.
 
 use crate::fused::index::{Gather, Index};
+use crate::fused::normalise::VARIANCE_FLOOR;
 use crate::fused::{
     Activation, EdgeTopology, GatherPlan, Input, LayerNormalisation, PerceptronWeights,
 };
@@ -95,6 +96,6 @@ pub fn mean_norm(x: Tensor<3>, floor: f32) -> Tensor<1> {
 pub fn normalised(x: Tensor<2>, normalisation: LayerNormalisation) -> Tensor<2> {
     let deviation = x.clone() - x.mean_dim(1);
     let variance = (deviation.clone() * deviation.clone()).mean_dim(1);
-    let normal = deviation / (variance + normalisation.epsilon).sqrt();
+    let normal = deviation / (variance + VARIANCE_FLOOR).sqrt();
     normal * normalisation.gain.unsqueeze() + normalisation.offset.unsqueeze()
 }

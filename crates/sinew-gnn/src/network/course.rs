@@ -159,11 +159,7 @@ impl TrainingObserver for Course<'_, '_, '_> {
         let mut point = CurvePoint { step, train_s, loss: point.loss, ..CurvePoint::default() };
         let held_out = self.plan.held_out;
         let found = match surrogate.predict(&surrogate.geometries()[0], &held_out.thetas) {
-            Ok(prediction) => {
-                let fields = 0..held_out.thetas.len();
-                let fields: Vec<_> = fields.map(|case| prediction.field(case).to_vec()).collect();
-                point.measure(&held_out.cases(&fields)?)
-            }
+            Ok(fields) => point.measure(&held_out.cases(&fields)?),
             Err(Error::PredictionNotFinite { .. }) => f64::INFINITY,
             Err(other) => return Err(other),
         };

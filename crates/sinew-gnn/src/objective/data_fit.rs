@@ -2,9 +2,9 @@
 
 use burn::tensor::{Tensor, TensorData};
 
-use super::{Batch, GradientOperator, Objective, SQUARED_NORM_FLOOR};
+use super::{GradientOperator, Objective, SQUARED_NORM_FLOOR};
 use crate::fused::mean_distance;
-use crate::{DataSet, Result};
+use crate::{DataSet, Result, Sample};
 use sinew_emulate::coordinates::{require_count, require_positive};
 
 /// Mean nodal distance between simulated and predicted displacement, `mean ‖u − û‖₂`
@@ -33,10 +33,9 @@ impl DataFit {
     /// The objective with deformation gradients, by one operator per geometry.
     ///
     /// # Errors
-    /// A weight that is not positive, gradients that are not finite or do not fit the cells.
+    /// A weight that is not positive.
     pub fn with_gradients(self, weight: f64, operators: Vec<GradientOperator>) -> Result<Self> {
         require_positive("the weight of the deformation gradients", weight)?;
-        operators.iter().try_for_each(GradientOperator::check)?;
         Ok(Self { gradients: Some((weight, operators)), ..self })
     }
 }
@@ -53,12 +52,12 @@ impl Objective for DataFit {
         let Some((_, operators)) = &self.gradients else { return Ok(()) };
         require_count("gradient operators", operators.len(), data.geometries.len())?;
         let mut all = operators.iter().zip(&data.geometries);
-        all.try_for_each(|(operator, geometry)| operator.check_geometry(geometry))
+        all.try_for_each(|(operator, geometry)| operator.check(geometry))
     }
 
-    fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {
+    fn loss(&self, samples: &[&Sample], displacement: Tensor<3>) -> Result<Tensor<1>> {
         let (unit, floor) = (self.length as f32, SQUARED_NORM_FLOOR as f32);
-        let simulated = batch.samples.iter().flat_map(|sample| &sample.displacement);
+        let simulated = samples.iter().flat_map(|sample| &sample.displacement);
         let simulated: Vec<f32> = simulated.map(|&value| value as f32).collect();
         let Some((weight, operators)) = &self.gradients else {
             return Ok(mean_distance(displacement, simulated, unit, floor));
@@ -66,7 +65,7 @@ impl Objective for DataFit {
         let field = TensorData::new(simulated.clone(), displacement.dims());
         let field = Tensor::from_data(field, &displacement.device());
         let difference = (displacement.clone() - field) / self.length;
-        let squared = operators[batch.geometry].squared_gradient(difference);
+        let squared = operators[samples[0].geometry].squared_gradient(difference);
         // F − F̂ = ∇(u − û): the length that made u dimensionless is put back.
         Ok(mean_distance(displacement, simulated, unit, floor)
             + (squared + SQUARED_NORM_FLOOR).sqrt().mean() * (weight * self.length))

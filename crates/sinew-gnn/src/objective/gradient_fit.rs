@@ -17,16 +17,13 @@ pub struct GradientOperator {
 }
 
 impl GradientOperator {
-    pub(super) fn check(&self) -> Result<()> {
+    pub(super) fn check(&self, geometry: &Geometry) -> Result<()> {
         require_finite("shape gradients", &self.shape_gradients)?;
         if self.nodes_per_cell == 0 || self.cells.is_empty() {
             require_count("cells of a gradient operator", 0, 1)?;
         }
         let loose = self.cells.len() % self.nodes_per_cell;
-        Ok(require_count("cell nodes beyond whole cells", loose, 0)?)
-    }
-
-    pub(super) fn check_geometry(&self, geometry: &Geometry) -> Result<()> {
+        require_count("cell nodes beyond whole cells", loose, 0)?;
         let nodes = geometry.topology.real_nodes;
         let dimensions = geometry.dirichlet.prescribed.len() / nodes.max(1);
         let expected = self.cells.len() * dimensions;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use burn::tensor::Tensor;
 use sinew_energy::Body;
 
-use super::{Batch, Objective};
+use super::Objective;
 use crate::{DataSet, Error, Result, Sample};
 use sinew_emulate::coordinates::{require_count, require_positive};
 
@@ -94,20 +94,20 @@ impl Objective for MinimumPotential {
         Ok(())
     }
 
-    fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {
-        let potential = self.potentials[batch.geometry].clone();
-        let thetas: Vec<_> = batch.samples.iter().map(|sample| sample.theta.clone()).collect();
+    fn loss(&self, samples: &[&Sample], displacement: Tensor<3>) -> Result<Tensor<1>> {
+        let potential = self.potentials[samples[0].geometry].clone();
+        let thetas: Vec<_> = samples.iter().map(|sample| sample.theta.clone()).collect();
         let energies = crate::fused::fused_potential(displacement, move |u, sample, gradient| {
             potential.value_and_gradient(u, &thetas[sample], gradient)
         });
         Ok((energies / self.energy).mean())
     }
 
-    fn inadmissible(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> usize {
-        let potential = &self.potentials[batch.geometry];
+    fn inadmissible(&self, samples: &[&Sample], displacement: Tensor<3>) -> usize {
+        let potential = &self.potentials[samples[0].geometry];
         let values: Vec<f64> = displacement.into_data().iter::<f64>().collect();
         let fields = values.chunks_exact(potential.degrees_of_freedom().max(1));
-        let cases = fields.zip(batch.samples);
+        let cases = fields.zip(samples);
         cases.filter(|(field, sample)| !potential.admits(field, &sample.theta)).count()
     }
 }

@@ -45,13 +45,26 @@ pub(crate) struct Update {
 }
 
 impl Update {
-    /// Turns the gradient into Adam's direction of change.
-    pub(super) fn by_adam(&mut self, rule: AdamRule) {
+    /// Turns the gradient into Adam's direction of change after `steps` steps, for factors of the first moment and of the
+    /// gradient itself.
+    pub(super) fn by_adam(
+        &mut self,
+        [beta1, beta2]: [f32; 2],
+        steps: i32,
+        [of_first, of_gradient]: [f32; 2],
+    ) {
         let Self { gradient, moments, .. } = self;
+        let of_second = bias_correction(beta2, steps);
+        let rule = AdamRule { beta1, beta2, of_first, of_gradient, of_second };
         moments.first.resize(gradient.len(), 0.0);
         moments.second.resize(gradient.len(), 0.0);
         adam_direction(rule, &mut moments.first, &mut moments.second, gradient);
     }
+}
+
+/// Factor of a moment that begins at zero, after `steps` steps.
+pub(super) fn bias_correction(decay: f32, steps: i32) -> f32 {
+    1.0 / (1.0 - decay.powi(steps))
 }
 
 /// Gradients of all parameters that have one, or all weights.

@@ -1,6 +1,6 @@
 //! A network by minimum potential energy.
 
-use crate::coordinates::OutputCoordinates;
+use crate::coordinates::{OutputCoordinates, newton_step};
 use crate::error::Result;
 use crate::network::{Network, Plan, TrainedNetwork, train};
 use crate::objective::{MinimumPotential, Objective};
@@ -10,7 +10,7 @@ use sinew_emulate::coordinates::OutputScale;
 use sinew_emulate::parts::{Session, Stream, timed, work};
 use sinew_emulate::{Record, TestSet, Warning};
 use sinew_energy::Barriers;
-use sinew_fem::{SolveError, Solver};
+use sinew_fem::Solver;
 use std::sync::Arc;
 
 /// Mean potential energy, thesis (3.12): no simulation enters. One linear solve sets the scale of displacement and
@@ -81,8 +81,7 @@ impl PhysicsInformed {
             held_out,
         };
         let network = train(session, &plan, record)?;
-        let predicted = network.fixed.predict(std::slice::from_ref(&centre))?.displacement;
-        judge_equilibrium(session, &predicted)?;
+        judge_equilibrium(session, &network.fixed.predict(&[centre])?.concat())?;
         Ok(network)
     }
 }
@@ -91,19 +90,17 @@ impl PhysicsInformed {
 fn judge_equilibrium(session: &mut Session<'_, '_>, predicted: &[f64]) -> Result<()> {
     /// Gain of a Newton step \[relative to the loads' work\], about the relative error of the energy.
     const FAR: f64 = 1e-2;
-    let body = session.body;
-    match Solver::new(body)?.newton_steps(predicted, &body.centre(), 1) {
-        Ok(steps) => {
-            let excess = 0.5 * steps[0].energy_norm.powi(2) / work(body, predicted);
+    match newton_step(session.body, predicted)? {
+        Some(step) => {
+            let excess = 0.5 * step.energy_norm.powi(2) / work(session.body, predicted);
             if excess > FAR {
                 session.warn(Warning::FarFromEquilibrium { excess });
             }
         }
-        Err(SolveError::Inadmissible { .. }) => {
+        None => {
             let of = "for the centre of the parameter range".into();
             session.warn(Warning::Inverted { of });
         }
-        Err(other) => return Err(other.into()),
     }
     Ok(())
 }

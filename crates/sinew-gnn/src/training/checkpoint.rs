@@ -7,9 +7,11 @@ use serde::{Deserialize, Serialize};
 
 use super::sampler::{Sampler, SamplerState};
 use super::trainer::{Best, RunState, Trainer};
-use crate::files::{open_directory, read_json, replace_directory, write_json};
 use crate::optimiser::Optimiser;
-use crate::store::{check_version, load_weights, read_surrogate, save_weights, write_surrogate};
+use crate::store::{
+    check_version, load_weights, open_directory, read_json, read_surrogate, replace_directory,
+    save_weights, write_json, write_surrogate,
+};
 use crate::{DataSet, Error, Objective, Result, TrainingConfig};
 use sinew_emulate::coordinates::require_count;
 

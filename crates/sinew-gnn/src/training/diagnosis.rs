@@ -46,9 +46,9 @@ impl Trainer {
 
     /// Mean loss over the training samples without the network's outputs.
     fn zero_output_loss(&self) -> Result<f64> {
-        self.mean_loss(&self.batches(&self.data.training), |batch| {
-            let output = &self.surrogate.prepared[batch.geometry].output;
-            Ok(output.without_network(&self.surrogate.parameters_of(batch.samples)?))
+        self.mean_loss(&self.batches(&self.data.training), |samples| {
+            let output = &self.surrogate.prepared[samples[0].geometry].output;
+            Ok(output.without_network(&self.surrogate.parameters_of(samples)?))
         })
     }
 
@@ -56,17 +56,17 @@ impl Trainer {
     fn of_states(&self, over: bool) -> Result<(Option<Concern>, f64)> {
         let mut batches = self.batches(&self.data.training);
         if !over {
-            batches.dedup_by_key(|(geometry, _)| *geometry);
+            batches.dedup_by_key(|samples| samples[0].geometry);
             let apart = batches.len().div_ceil(GEOMETRIES).max(1);
             batches = batches.into_iter().step_by(apart).collect();
         }
         let (mut predictions, mut inadmissible) = (self.predictions(), 0);
-        let loss = self.mean_loss(&batches, |batch| {
-            let displacement = predictions(batch)?;
-            inadmissible += self.objective.inadmissible(batch, displacement.clone());
+        let loss = self.mean_loss(&batches, |samples| {
+            let displacement = predictions(samples)?;
+            inadmissible += self.objective.inadmissible(samples, displacement.clone());
             Ok(displacement)
         })?;
-        let samples = batches.iter().map(|(_, samples)| samples.len()).sum();
+        let samples = batches.iter().map(Vec::len).sum();
         let concern = (inadmissible > 0).then_some(Concern::Inadmissible { inadmissible, samples });
         Ok((concern, loss))
     }

@@ -11,7 +11,7 @@ use super::config::TrainingConfig;
 use super::progress::{HistoryPoint, TrainingObserver, TrainingProgress, TrainingReport};
 use super::sampler::Sampler;
 use crate::optimiser::Optimiser;
-use crate::{Batch, DataSet, Embedding, Error, GraphNetwork, Objective, Result, Sample, Surrogate};
+use crate::{DataSet, Embedding, Error, GraphNetwork, Objective, Result, Sample, Surrogate};
 use sinew_emulate::coordinates::require_count;
 
 /// Share of the budget from which on losses are judged. About a solution, zero outputs are good, and a good training needs
@@ -196,24 +196,23 @@ impl Trainer {
         let learning_rate = self.config.learning_rate * factor * self.rate_after_returns();
         let samples: Vec<&Sample> =
             self.sampler.draw().iter().map(|&index| &self.data.training[index]).collect();
-        let batch = Batch { geometry: samples[0].geometry, samples: &samples };
-        let geometry = self.surrogate.prepared[batch.geometry].lifted();
-        let local = constant.get(batch.geometry).or(self.frozen.get(batch.geometry)).cloned();
-        let local = local.or_else(|| self.emulator.embedding(batch.geometry));
-        let local = local.unwrap_or_else(|| geometry.embedding(&self.emulator));
+        let index = samples[0].geometry;
+        let geometry = &self.surrogate.prepared[index];
+        let local = constant.get(index).or(self.frozen.get(index)).cloned();
+        let local = local.unwrap_or_else(|| self.surrogate.embedding(&self.emulator, index));
         let parameters = self.surrogate.parameters_of(&samples)?;
-        let displacement = geometry.displacement(&self.emulator, local, parameters.clone());
-        let loss = self.objective.loss(&batch, displacement)?;
+        let displacement = geometry.displacement(&self.emulator, local, &parameters);
+        let loss = self.objective.loss(&samples, displacement)?;
         let (rule, pace) =
             (&self.config.optimiser, (learning_rate, self.config.gradient_norm_limit));
         let [value, gradient_norm] = self.optimiser.step(rule, pace, &mut self.emulator, loss);
         if !value.is_finite() || !gradient_norm.is_finite() {
-            let (step, samples) = (clock.step + 1, batch.samples.len());
             let emulator = self.emulator.valid();
-            let local = self.surrogate.embedding(&emulator, batch.geometry);
-            let geometry = &self.surrogate.prepared[batch.geometry];
-            let displacement = geometry.displacement(&emulator, local, parameters);
-            return Err(match self.objective.inadmissible(&batch, displacement) {
+            let local = self.surrogate.embedding(&emulator, index);
+            let displacement = geometry.displacement(&emulator, local, &parameters);
+            let inadmissible = self.objective.inadmissible(&samples, displacement);
+            let (step, samples) = (clock.step + 1, samples.len());
+            return Err(match inadmissible {
                 0 => Error::Diverged { step, loss: value, gradient_norm, learning_rate },
                 inadmissible => Error::InvertedCells { step, inadmissible, samples },
             });
@@ -262,30 +261,29 @@ impl Trainer {
         (0..self.data.geometries.len()).map(lifted).collect()
     }
 
-    /// NetworkPrediction of the latest weights for a batch, without gradients. Batches of one geometry that follow each other share its
+    /// Displacements of a batch by the latest weights, without gradients. Batches of one geometry that follow each other share its
     /// message passing.
-    pub(super) fn predictions(&self) -> impl FnMut(&Batch<'_>) -> Result<Tensor<3>> + '_ {
+    pub(super) fn predictions(&self) -> impl FnMut(&[&Sample]) -> Result<Tensor<3>> + '_ {
         let emulator = &self.surrogate.emulator;
         let mut latest = None;
-        move |batch| {
-            let index = batch.geometry;
+        move |samples| {
+            let index = samples[0].geometry;
             let local = match latest.take() {
                 Some((of, local)) if of == index => local,
                 _ => self.surrogate.embedding(emulator, index),
             };
             latest = Some((index, Embedding::clone(&local)));
-            let parameters = self.surrogate.parameters_of(batch.samples)?;
-            Ok(self.surrogate.prepared[index].displacement(emulator, local, parameters))
+            let parameters = self.surrogate.parameters_of(samples)?;
+            Ok(self.surrogate.prepared[index].displacement(emulator, local, &parameters))
         }
     }
 
-    /// Samples in batches of one geometry each, whose index comes first.
-    pub(super) fn batches<'a>(&self, samples: &'a [Sample]) -> Vec<(usize, Vec<&'a Sample>)> {
+    /// Samples in batches of one geometry each.
+    pub(super) fn batches<'a>(&self, samples: &'a [Sample]) -> Vec<Vec<&'a Sample>> {
         let of = |geometry| {
-            let samples = samples.iter().filter(move |sample| sample.geometry == geometry);
-            let samples: Vec<&Sample> = samples.collect();
-            let batches = samples.chunks(self.config.batch);
-            batches.map(|samples| (geometry, samples.to_vec())).collect::<Vec<_>>()
+            let own = samples.iter().filter(move |sample| sample.geometry == geometry);
+            let own: Vec<&Sample> = own.collect();
+            own.chunks(self.config.batch).map(<[_]>::to_vec).collect::<Vec<_>>()
         };
         (0..self.data.geometries.len()).flat_map(of).collect()
     }
@@ -293,13 +291,12 @@ impl Trainer {
     /// Mean loss of the samples of some batches.
     pub(super) fn mean_loss(
         &self,
-        batches: &[(usize, Vec<&Sample>)],
-        mut displacement: impl FnMut(&Batch<'_>) -> Result<Tensor<3>>,
+        batches: &[Vec<&Sample>],
+        mut displacement: impl FnMut(&[&Sample]) -> Result<Tensor<3>>,
     ) -> Result<f64> {
         let (mut sum, mut count) = (0.0, 0);
-        for (geometry, samples) in batches {
-            let batch = Batch { geometry: *geometry, samples };
-            let loss = self.objective.loss(&batch, displacement(&batch)?)?;
+        for samples in batches {
+            let loss = self.objective.loss(samples, displacement(samples)?)?;
             sum += f64::from(loss.into_scalar::<f32>()) * samples.len() as f64;
             count += samples.len();
         }

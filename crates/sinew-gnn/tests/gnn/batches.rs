@@ -19,10 +19,10 @@ impl Objective for Recorder {
         self.fit.check(data)
     }
 
-    fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {
-        let thetas = batch.samples.iter().map(|sample| sample.theta[0]).collect();
-        self.batches.lock().unwrap().push((batch.geometry, thetas));
-        self.fit.loss(batch, displacement)
+    fn loss(&self, samples: &[&Sample], displacement: Tensor<3>) -> Result<Tensor<1>> {
+        let thetas = samples.iter().map(|sample| sample.theta[0]).collect();
+        self.batches.lock().unwrap().push((samples[0].geometry, thetas));
+        self.fit.loss(samples, displacement)
     }
 }
 

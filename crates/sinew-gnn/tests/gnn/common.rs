@@ -186,8 +186,8 @@ impl Objective for Tiny {
         self.0.check(data)
     }
 
-    fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {
-        Ok(self.0.loss(batch, displacement)? * TINY)
+    fn loss(&self, samples: &[&Sample], displacement: Tensor<3>) -> Result<Tensor<1>> {
+        Ok(self.0.loss(samples, displacement)? * TINY)
     }
 }
 

@@ -23,7 +23,7 @@ impl Objective for Scripted {
         Ok(())
     }
 
-    fn loss(&self, _: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {
+    fn loss(&self, _: &[&Sample], displacement: Tensor<3>) -> Result<Tensor<1>> {
         let next = |counter: &AtomicUsize| counter.fetch_add(1, Ordering::Relaxed);
         let loss = match displacement.is_autodiff() {
             true => self.of_steps[next(&self.steps)],

@@ -71,7 +71,7 @@ impl Cantilever {
     fn admitted(&self, surrogate: &Surrogate) -> usize {
         let thetas: Vec<Vec<f64>> = self.data.training.iter().map(|s| s.theta.clone()).collect();
         let prediction = surrogate.predict(&self.data.geometries[0], &thetas).unwrap();
-        (0..thetas.len()).filter(|&case| self.potential.admits(prediction.field(case))).count()
+        (0..thetas.len()).filter(|&case| self.potential.admits(&prediction[case])).count()
     }
 }
 
@@ -201,7 +201,6 @@ fn parameters_in_wrong_units_are_refused() {
         });
         assert_eq!(refused.map(|error| error.to_string()), Some(expected.to_string()));
     }
-    // A prediction there is made, and says that it is an extrapolation.
-    let prediction = surrogate.predict(&data.geometries[0], &[vec![1.0, 10.0], vec![1.0, 1.0]]);
-    assert_eq!(prediction.unwrap().extrapolated, [true, false]);
+    // A prediction there is made.
+    assert!(surrogate.predict(&data.geometries[0], &[vec![1.0, 10.0]]).is_ok());
 }

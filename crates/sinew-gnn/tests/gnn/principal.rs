@@ -35,14 +35,14 @@ fn supports_sensitivities_and_storage_hold_in_any_directions() {
         let fixed = surrogate.fixed_geometry(geometry).unwrap();
         let base = [vec![0.8, 1.3]];
         let exact = fixed.sensitivity(&base[0]).unwrap();
-        let u = &fixed.predict(&base).unwrap().displacement;
+        let u = &fixed.predict(&base).unwrap()[0];
         for (dof, prescribed) in geometry.dirichlet.prescribed.iter().enumerate() {
             if let Some(value) = prescribed {
                 assert_eq!(u[dof], *value);
                 assert_eq!(exact[0][dof], 0.0);
             }
         }
-        let moved = |by: f64| fixed.predict(&[vec![0.8 + by, 1.3]]).unwrap().displacement;
+        let moved = |by: f64| fixed.predict(&[vec![0.8 + by, 1.3]]).unwrap().concat();
         let step = 5e-3; // single precision: rounding and truncation both stay near 1e-4
         let (ahead, behind) = (moved(step), moved(-step));
         let finite: Vec<f64> =
@@ -87,7 +87,7 @@ fn the_expansion_is_there_before_any_training() {
     let surrogate = untrained(&data, &config, 7, &devices()[0]);
     let theta = vec![0.8, 1.3];
     let standardised = surrogate.scales().parameters.standardise(&theta).unwrap();
-    let found = surrogate.predict(&data.geometries[0], &[theta]).unwrap().displacement;
+    let found = surrogate.predict(&data.geometries[0], &[theta]).unwrap().concat();
     let expected = field(&standardised);
     for (dof, prescribed) in data.geometries[0].dirichlet.prescribed.iter().enumerate() {
         let expected = prescribed.unwrap_or(expected[dof]);

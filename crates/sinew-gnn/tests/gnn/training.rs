@@ -77,7 +77,7 @@ fn a_network_can_learn_a_tiny_problem_by_heart() {
         let geometry = &data.geometries[sample.geometry];
         let prediction =
             trainer.surrogate().predict(geometry, std::slice::from_ref(&sample.theta)).unwrap();
-        let difference = relative_difference(&clamped(&data, sample), prediction.field(0));
+        let difference = relative_difference(&clamped(&data, sample), &prediction[0]);
         assert!(difference < 0.03, "{difference}");
     }
 }
@@ -96,8 +96,7 @@ fn the_same_seed_gives_the_same_numbers() {
             let mut trainer = trainer(&data, &device, settings(12));
             let report = trainer.run(&mut ()).unwrap();
             let theta = [vec![1.0, 1.0]];
-            let field =
-                trainer.surrogate().predict(&data.geometries[0], &theta).unwrap().displacement;
+            let field = trainer.surrogate().predict(&data.geometries[0], &theta).unwrap().concat();
             (
                 report
                     .history
@@ -178,7 +177,7 @@ fn embeddings_leave_message_passing_and_are_trained_themselves() {
             let values: Vec<f32> = matrix.values.iter().map(|&v| v as f32).collect();
             Tensor::<2>::from_data(TensorData::new(values, [matrix.rows, matrix.columns]), device)
         };
-        let graph = Graph::new(&data.geometries[1].topology).unwrap();
+        let graph = Graph::new(&data.geometries[1].topology);
         let (nodes, edges) = (table(&features.nodes), table(&features.edges));
         surrogate.emulator().local_embedding(&graph, nodes, edges)[0].to_data()
     };
@@ -206,10 +205,8 @@ fn embeddings_leave_message_passing_and_are_trained_themselves() {
     // A geometry trained on is predicted with its own embeddings, after a file and in other data too; one that was not is
     // predicted by message passing.
     let theta = [vec![0.7, 1.9]];
-    let predict = |surrogate: &Surrogate| {
-        surrogate.predict(&data.geometries[1], &theta).unwrap().displacement
-    };
-    let unseen = finished.predict_unseen(&data.geometries[1], &theta).unwrap().displacement;
+    let predict = |surrogate: &Surrogate| surrogate.predict(&data.geometries[1], &theta).unwrap();
+    let unseen = finished.predict_unseen(&data.geometries[1], &theta).unwrap();
     assert_ne!(predict(&finished), unseen);
     assert_eq!(predict(&finished.transferred_to(&data).unwrap()), predict(&finished));
     let mut moved = data.clone();
@@ -228,7 +225,7 @@ fn embeddings_leave_message_passing_and_are_trained_themselves() {
         at.unwrap()
     };
     assert!(validation(60) < validation(30), "decoders learn: {:?}", report.history);
-    let unseen = frozen.predict_unseen(&data.geometries[1], &theta).unwrap().displacement;
+    let unseen = frozen.predict_unseen(&data.geometries[1], &theta).unwrap();
     assert_eq!(predict(&frozen), unseen);
 }
 
@@ -267,7 +264,7 @@ fn the_minimum_of_the_potential_is_found_without_data() {
     trainer.run(&mut ()).unwrap();
     let prediction = trainer.surrogate().predict(&data.geometries[0], &[vec![1.2, 0.8]]).unwrap();
     let expected: Vec<f64> = pattern.iter().map(|p| 1.2 * p).collect();
-    let difference = relative_difference(&expected, prediction.field(0));
+    let difference = relative_difference(&expected, &prediction[0]);
     assert!(difference < 0.05, "{difference}");
 }
 
@@ -283,8 +280,7 @@ fn the_potential_enters_with_its_value_and_gradient() {
             (0..2 * springs.pattern.len()).map(|i| (i as f32 * 0.7).sin()).collect();
         let dims = [2, body.points.len(), 2];
         let u = Tensor::<3>::from_data(TensorData::new(values, dims), &device).require_grad();
-        let batch = Batch { geometry: 0, samples: &[&samples[0], &samples[1]] };
-        let loss = objective.loss(&batch, u.clone()).unwrap();
+        let loss = objective.loss(&[&samples[0], &samples[1]], u.clone()).unwrap();
         // The same energy in tensor operations.
         let pattern: Vec<f32> = springs.pattern.iter().map(|&p| p as f32).collect();
         let pattern = Tensor::<3>::from_data(TensorData::new(pattern, [1, dims[1], 2]), &device);
@@ -329,7 +325,6 @@ fn the_deformation_gradient_of_a_linear_field_is_constant() {
         theta: vec![1.0, 1.0],
         displacement: vec![0.0; 2 * body.points.len()],
     };
-    let batch = Batch { geometry: 0, samples: &[&zero] };
     let field: Vec<f32> =
         body.points.iter().flat_map(|x| [0.3 * x[1] as f32, 0.4 * x[0] as f32]).collect();
     let distance = body.points.iter().map(|x| (0.3 * x[1]).hypot(0.4 * x[0])).sum::<f64>();
@@ -339,7 +334,7 @@ fn the_deformation_gradient_of_a_linear_field_is_constant() {
             TensorData::new(field.clone(), [1, body.points.len(), 2]),
             &device,
         );
-        let loss = f64::from(objective.loss(&batch, u).unwrap().into_scalar::<f32>());
+        let loss = f64::from(objective.loss(&[&zero], u).unwrap().into_scalar::<f32>());
         assert!((loss / expected - 1.0).abs() < 1e-5, "{loss} {expected}");
     }
 }
@@ -352,7 +347,7 @@ fn divergence_is_reported_with_advice_and_keeps_the_weights() {
         fn check(&self, _: &DataSet) -> Result<()> {
             Ok(())
         }
-        fn loss(&self, _: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {
+        fn loss(&self, _: &[&Sample], displacement: Tensor<3>) -> Result<Tensor<1>> {
             Ok(displacement.sum() * f64::NAN)
         }
     }

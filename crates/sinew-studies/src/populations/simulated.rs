@@ -139,7 +139,7 @@ impl<B: Simulated> Compared<'_, B> {
         move |body| {
             let geometry = body.geometry(topology, told)?;
             let found = surrogate.predict(&geometry, &[body.theta().to_vec()])?;
-            self.targets.displaced(body, found.field(0), told)
+            self.targets.displaced(body, &found[0], told)
         }
     }
 

@@ -72,11 +72,8 @@ fn assemble(
 ) -> (Vec<Input>, PerceptronWeights) {
     let (sources, p) = inputs.split_at(gathered.rows.len());
     let vector = |i: usize| p[i].clone().flatten::<1>(0, 1);
-    let normalisation = normalised.then(|| LayerNormalisation {
-        gain: vector(6),
-        offset: vector(7),
-        epsilon: 1e-6,
-    });
+    let normalisation =
+        normalised.then(|| LayerNormalisation { gain: vector(6), offset: vector(7) });
     let layers = std::array::from_fn(|k| (p[2 * k].clone(), vector(2 * k + 1)));
     let weights = PerceptronWeights { activation, layers, normalisation };
     let input = |(k, values): (usize, &Tensor<2>)| match k > 0 && k + 1 == sources.len() {
@@ -126,7 +123,7 @@ fn whole_weights(output: &Tensor<2>) -> Tensor<2> {
 fn topology(nodes: usize, edges: usize) -> Arc<EdgeTopology> {
     let senders: Vec<usize> = (0..edges).map(|i| (i * 7 + 3) % nodes).collect();
     let receivers: Vec<usize> = (0..edges).map(|i| (i * i + 5 * i) % nodes).collect();
-    EdgeTopology::new(nodes, &senders, &receivers).unwrap()
+    EdgeTopology::new(nodes, &senders, &receivers)
 }
 
 #[test]
@@ -281,7 +278,7 @@ fn no_rows_give_no_output_and_zero_gradients() {
 #[test]
 fn not_a_number_reaches_exactly_the_rows_that_read_it() {
     // Features of receivers are the second source, those of senders the third.
-    let edges = Gathered::edges(&EdgeTopology::new(3, &[1, 2, 0, 1], &[0, 1, 1, 2]).unwrap());
+    let edges = Gathered::edges(&EdgeTopology::new(3, &[1, 2, 0, 1], &[0, 1, 1, 2]));
     for (source, expected) in [(1, [false, true, true, false]), (2, [true, false, false, true])] {
         let mut all = inputs(&edges, [8, 8, 4]);
         all[source] = all[source].clone().slice_fill([1..2, 3..4], f32::NAN);

@@ -1,10 +1,15 @@
-//! Sums of two tensors, concatenated rows and normalised rows: plain operations that Burn's own code leaves slow where it is not optimised.
+//! Plain operations that Burn's own code leaves slow where it is not optimised: sums of two tensors, concatenated rows, normalised
+//! rows, mean distances of rows, and activations.
 
-use crate::fused::LayerNormalisation;
+use crate::fused::activation::{self, Activation};
 use crate::fused::host::{Cotangents, HostTensor, Pullback, apply, is_on_host};
 use crate::fused::normalise::{Normalisation, normalise, pull_back_normalisation};
-use crate::fused::reference;
-use burn::tensor::Tensor;
+use crate::fused::{LayerNormalisation, reference};
+use burn::tensor::{Tensor, TensorData};
+use rayon::prelude::*;
+
+/// Numbers treated by one task.
+const NUMBERS_PER_TASK: usize = 1 << 15;
 
 /// `a + b` of tensors of one shape, as one operation.
 ///
@@ -90,7 +95,7 @@ fn divided(widths: &[usize], rows: &[f32], needed: &[bool]) -> Cotangents {
 /// let device = Device::flex();
 /// let (gain, offset) = (Tensor::<1>::ones([2], &device), Tensor::<1>::zeros([2], &device));
 /// let rows = Tensor::<2>::from_floats([[1.0, 3.0]], &device);
-/// let rows = sinew_gnn::fused::normalised(rows, LayerNormalisation { gain, offset, epsilon: 1e-9 });
+/// let rows = sinew_gnn::fused::normalised(rows, LayerNormalisation { gain, offset });
 /// let rows: Vec<f32> = rows.into_data().iter::<f32>().collect();
 /// assert!((rows[0] + 1.0).abs() < 1e-6 && (rows[1] - 1.0).abs() < 1e-6);
 /// ```
@@ -98,7 +103,7 @@ fn divided(widths: &[usize], rows: &[f32], needed: &[bool]) -> Cotangents {
 /// # Panics
 /// When gain or offset have not one number per column.
 pub fn normalised(x: Tensor<2>, normalisation: LayerNormalisation) -> Tensor<2> {
-    let LayerNormalisation { gain, offset, epsilon } = normalisation.clone();
+    let LayerNormalisation { gain, offset } = normalisation.clone();
     assert_eq!([gain.dims(), offset.dims()], [[x.dims()[1]]; 2], "a gain and an offset per column");
     if !is_on_host(&x) || x.dims()[1] == 0 {
         return reference::normalised(x, normalisation);
@@ -109,8 +114,7 @@ pub fn normalised(x: Tensor<2>, normalisation: LayerNormalisation) -> Tensor<2> 
         let mut output = x.values().to_vec();
         let mut rows = vec![0.0; output.len()];
         let mut inverse = vec![0.0; output.len() / gain.values().len()];
-        let epsilon = epsilon as f32;
-        let normalisation = Normalisation { gain: gain.values(), offset: offset.values(), epsilon };
+        let normalisation = Normalisation { gain: gain.values(), offset: offset.values() };
         normalise(normalisation, &mut output, &mut rows, &mut inverse);
         let gain = gain.clone();
         let pullback = Pullback::new(move |cotangent, _| {
@@ -122,5 +126,79 @@ pub fn normalised(x: Tensor<2>, normalisation: LayerNormalisation) -> Tensor<2> 
             all.map(Some).into()
         });
         (HostTensor::new(output, x.shape()), pullback)
+    })
+}
+
+/// Mean of `√(‖(x − y) / unit‖² + floor)` over the rows of `x`, `[.., .., D]`, and those of `y`, as one operation.
+///
+/// ```
+/// use burn::tensor::{Device, Tensor};
+///
+/// let x = Tensor::<3>::from_floats([[[3.0, 4.0], [1.0, 1.0]]], &Device::flex());
+/// let mean = sinew_gnn::fused::mean_distance(x, vec![0.0, 0.0, 1.0, 0.0], 2.0, 0.0);
+/// assert_eq!(mean.into_scalar::<f32>(), 1.5);
+/// ```
+///
+/// # Panics
+/// When `y` has not as many numbers as `x`.
+pub fn mean_distance(x: Tensor<3>, y: Vec<f32>, unit: f32, floor: f32) -> Tensor<1> {
+    let shape = x.dims();
+    assert_eq!(y.len(), shape.iter().product::<usize>(), "rows that are compared");
+    if !is_on_host(&x) || y.is_empty() {
+        let y = Tensor::from_data(TensorData::new(y, shape), (&x.device(), x.dtype()));
+        return reference::mean_norm((x - y) / unit, floor);
+    }
+    let width = shape[2];
+    apply(vec![x.into_dispatch()], move |inputs, _| {
+        let pairs = inputs[0].values().iter().zip(&y);
+        let mut difference: Vec<f32> = pairs.map(|(x, y)| (x - y) / unit).collect();
+        let (share, mut sum) = (width as f32 / difference.len() as f32, 0.0);
+        for row in difference.chunks_exact_mut(width) {
+            let squared: f32 = row.iter().map(|d| d * d).sum();
+            let distance = (squared + floor).sqrt();
+            sum += f64::from(distance);
+            row.iter_mut().for_each(|d| *d *= share / (distance * unit));
+        }
+        let mean = (sum * f64::from(share)) as f32;
+        let gradient = difference;
+        let pullback = Pullback::new(move |cotangent, _| {
+            vec![Some(gradient.iter().map(|g| g * cotangent[0]).collect())]
+        });
+        (HostTensor::new(vec![mean], [1]), pullback)
+    })
+}
+
+/// `activation` of every number of a tensor as one operation; the derivative comes from the output.
+///
+/// ```
+/// use burn::tensor::{Device, Tensor};
+/// use sinew_gnn::fused::{Activation, activate};
+///
+/// let x = Tensor::<1>::from_floats([-1.0, 0.0, 2.0], &Device::flex());
+/// let y = activate(x, Activation::Celu).into_data().try_to_vec::<f32>().unwrap();
+/// assert!((y[0] - (-1.0_f32).exp_m1()).abs() < 1e-7);
+/// assert_eq!(y[1..], [0.0, 2.0]);
+/// ```
+pub fn activate<const D: usize>(x: Tensor<D>, activation: Activation) -> Tensor<D> {
+    if !is_on_host(&x) {
+        return reference::activate(x, activation);
+    }
+    apply(vec![x.into_dispatch()], move |inputs, _| {
+        let mut output = inputs[0].values().to_vec();
+        output.par_chunks_mut(NUMBERS_PER_TASK).for_each(|x| activation::activate(activation, x));
+        let output = HostTensor::new(output, inputs[0].shape());
+        let value = output.clone();
+        let pullback = Pullback::new(move |cotangent, _| {
+            let mut gradient = vec![0.0; cotangent.len()];
+            let values = value.values().par_chunks(NUMBERS_PER_TASK);
+            let tasks = gradient.par_chunks_mut(NUMBERS_PER_TASK).zip(values);
+            tasks.zip(cotangent.par_chunks(NUMBERS_PER_TASK)).for_each(
+                |((gradient, value), cotangent)| {
+                    activation::pull_back(activation, value, cotangent, gradient);
+                },
+            );
+            vec![Some(gradient)]
+        });
+        (output, pullback)
     })
 }
