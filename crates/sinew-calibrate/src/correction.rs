@@ -14,7 +14,6 @@ pub struct Correction {
     /// The datum that has it.
     pub worst_datum: String,
     /// Misfits at the mode over the stated noise, by their median.
-    #[serde(default)]
     pub over_noise: f64,
     /// Share of proposals of the sweep that were accepted.
     pub acceptance: f64,

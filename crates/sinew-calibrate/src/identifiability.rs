@@ -1,6 +1,5 @@
 //! Parameters that the data determine, linearised at the mode before sampling.
 
-use crate::likelihood::Noise;
 use crate::predictive::UNLIKELY;
 use crate::{Mode, Problem};
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -95,11 +94,9 @@ impl Identifiability {
 
     /// Probability, by the stated noise, of squared misfits at a mode whose sum is larger, and the degrees of freedom that the parameters leave.
     pub(crate) fn fit(&self, problem: &Problem, mode: &Mode) -> [f64; 2] {
-        let residual = &problem.measured - problem.scaled(&mode.observed.values);
-        let noise = Noise::new(problem, &problem.log_factors(&mode.y), None);
         let fitted: f64 = self.spectrum.iter().map(|value| value / (1.0 + value)).sum();
         let left = problem.data.len() as f64 - fitted;
-        let squares = residual.dot(&noise.factor.solve(&residual));
+        let squares = problem.squares(&mode.y, &mode.observed.values);
         [ChiSquared::new(left).map_or(1.0, |chi| chi.sf(squares)), left]
     }
 

@@ -67,7 +67,7 @@ pub use forward::{Forward, ForwardError, Observed};
 pub use identifiability::{Identifiability, Identified, Verdict};
 pub use klotz::Klotz;
 pub use mode::Mode;
-pub use observable::{At, Direction, Observable};
+pub use observable::{Direction, Observable};
 pub use patient::{Patient, PatientBuilder, PatientStates, StateError};
 pub use posterior::Posterior;
 pub use predictive::{DatumCheck, Predictive};

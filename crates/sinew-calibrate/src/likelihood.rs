@@ -45,14 +45,29 @@ impl Noise {
 impl Problem {
     /// Logarithm of the likelihood of observables at coordinates, up to a constant.
     pub(crate) fn log_likelihood(&self, y: &[f64], observed: &Observed) -> f64 {
-        let residual = &self.measured - self.scaled(&observed.values);
-        Noise::new(self, &self.log_factors(y), None).log_likelihood(&residual)
+        self.noise(y).log_likelihood(&self.residual(&observed.values))
+    }
+
+    /// Noise of the data at coordinates.
+    pub(crate) fn noise(&self, y: &[f64]) -> Noise {
+        Noise::new(self, &self.log_factors(y), None)
+    }
+
+    /// Misfits of observables over their given standard deviations.
+    pub(crate) fn residual(&self, observed: &[f64]) -> DVector<f64> {
+        &self.measured - self.scaled(observed)
+    }
+
+    /// Sum of squared misfits by the noise at coordinates.
+    pub(crate) fn squares(&self, y: &[f64], observed: &[f64]) -> f64 {
+        let residual = self.residual(observed);
+        residual.dot(&self.noise(y).factor.solve(&residual))
     }
 
     /// Logarithm of the density of each datum, in its own unit, given the parameters and, where errors are shared, the other data.
     pub(crate) fn log_likelihoods(&self, y: &[f64], observed: &[f64]) -> Vec<f64> {
-        let precision = Noise::new(self, &self.log_factors(y), None).factor.inverse();
-        let solved = &precision * (&self.measured - self.scaled(observed));
+        let precision = self.noise(y).factor.inverse();
+        let solved = &precision * self.residual(observed);
         let of = |(at, datum): (usize, &Datum)| {
             let own = precision[(at, at)];
             let unit = datum.slope(datum.value) * datum.size;

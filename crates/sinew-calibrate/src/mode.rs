@@ -197,13 +197,13 @@ impl Search {
 impl State {
     fn new(problem: &Problem, y: Vec<f64>, theta: Vec<f64>, observed: Observed) -> Option<Self> {
         let jacobian = problem.jacobian(&theta, &y, &observed)?;
-        let residual = &problem.measured - problem.scaled(&observed.values);
+        let residual = problem.residual(&observed.values);
         let cost = -problem.log_posterior(&y, &observed);
         Some(Self { y, theta, observed, jacobian, residual, cost })
     }
 
     fn information(&self, problem: &Problem) -> (DMatrix<f64>, Noise) {
-        let noise = Noise::new(problem, &problem.log_factors(&self.y), None);
+        let noise = problem.noise(&self.y);
         (self.jacobian.tr_mul(&noise.factor.solve(&self.jacobian)), noise)
     }
 

@@ -2,38 +2,6 @@
 
 use std::fmt;
 
-/// State of the tissue.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum At {
-    /// The state that the image shows.
-    Image,
-    /// The unloaded body.
-    Rest,
-    /// A phase, by its name.
-    Phase(String),
-}
-
-impl From<&str> for At {
-    /// `image`, `rest` or the name of a phase.
-    fn from(name: &str) -> Self {
-        match name {
-            "image" => Self::Image,
-            "rest" => Self::Rest,
-            phase => Self::Phase(phase.into()),
-        }
-    }
-}
-
-impl fmt::Display for At {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Image => f.write_str("image"),
-            Self::Rest => f.write_str("rest"),
-            Self::Phase(name) => f.write_str(name),
-        }
-    }
-}
-
 /// Direction of a segment's strain, a line of the tissue in the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -54,7 +22,7 @@ impl fmt::Display for Direction {
     }
 }
 
-/// A scalar observable of a patient.
+/// A scalar observable of a patient. States are `image`, which it shows, `rest`, the unloaded body, and phases, by their names.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Observable {
     /// Volume of a cavity \[length³\], as [`sinew_energy::Cavity`] defines it.
@@ -62,7 +30,7 @@ pub enum Observable {
         /// Facet set of the pressure that fills the cavity.
         cavity: String,
         /// State.
-        at: At,
+        at: String,
     },
     /// Strain ½(|F e|² − 1) of lines of tissue from one state to another, averaged over the volume of a segment in the image.
     Strain {
@@ -71,9 +39,9 @@ pub enum Observable {
         /// Direction e of the lines.
         direction: Direction,
         /// State that it is counted from.
-        from: At,
+        from: String,
         /// State.
-        to: At,
+        to: String,
     },
     /// Displacement of a point of the wall along a direction \[length\].
     Displacement {
@@ -82,15 +50,15 @@ pub enum Observable {
         /// Direction of any length.
         direction: [f64; 3],
         /// State that it is counted from.
-        from: At,
+        from: String,
         /// State.
-        to: At,
+        to: String,
     },
 }
 
 impl Observable {
     /// Volume of a cavity in a state.
-    pub fn volume(cavity: impl Into<String>, at: impl Into<At>) -> Self {
+    pub fn volume(cavity: impl Into<String>, at: impl Into<String>) -> Self {
         Self::Volume { cavity: cavity.into(), at: at.into() }
     }
 
@@ -98,8 +66,8 @@ impl Observable {
     pub fn strain(
         segment: impl Into<String>,
         direction: Direction,
-        from: impl Into<At>,
-        to: impl Into<At>,
+        from: impl Into<String>,
+        to: impl Into<String>,
     ) -> Self {
         Self::Strain { segment: segment.into(), direction, from: from.into(), to: to.into() }
     }
@@ -108,8 +76,8 @@ impl Observable {
     pub fn displacement(
         point: [f64; 3],
         direction: [f64; 3],
-        from: impl Into<At>,
-        to: impl Into<At>,
+        from: impl Into<String>,
+        to: impl Into<String>,
     ) -> Self {
         Self::Displacement { point, direction, from: from.into(), to: to.into() }
     }

@@ -91,9 +91,8 @@ impl<'p> Patient<'p> {
     /// θ that makes no sense, no body at rest, or no stable equilibrium at a phase.
     pub fn states(&self, theta: &[f64], derivatives: bool) -> Result<PatientStates> {
         self.parts.check(theta)?;
-        let start = self.anchor();
-        let focus = self.focus.read().ok().and_then(|focus| focus.clone());
-        let near = [focus.as_deref(), start].into_iter().flatten();
+        let focus = self.focus();
+        let near = [focus.as_deref(), self.anchor()].into_iter().flatten();
         let near = near.min_by(|a, b| a.reach(theta).total_cmp(&b.reach(theta)));
         self.parts.solve(theta, near, derivatives)
     }
@@ -104,8 +103,7 @@ impl<'p> Patient<'p> {
     /// θ that makes no sense, or no body at rest.
     pub fn states_reached(&self, theta: &[f64]) -> Result<(PatientStates, Option<StateError>)> {
         self.parts.check(theta)?;
-        let focus = self.focus.read().ok().and_then(|focus| focus.clone());
-        self.parts.reached(theta, focus.as_deref())
+        self.parts.reached(theta, self.focus().as_deref())
     }
 
     /// All states at θ without a prediction. Loading the body at rest is checked to give the image.
@@ -122,6 +120,10 @@ impl<'p> Patient<'p> {
         self.anchor
             .get_or_init(|| self.parts.anchor(std::slice::from_ref(&self.start), None))
             .as_ref()
+    }
+
+    fn focus(&self) -> Option<Arc<Anchor<'p>>> {
+        self.focus.read().ok().and_then(|focus| focus.clone())
     }
 
     /// Values of the observables in states, with derivatives where the states have them.
@@ -164,7 +166,7 @@ impl Forward for Patient<'_> {
     }
 
     fn observe(&self, theta: &[f64], derivatives: bool) -> Result<Observed, ForwardError> {
-        let focus = self.focus.read().ok().and_then(|focus| focus.clone());
+        let focus = self.focus();
         let seen = match focus.as_deref().and_then(|focus| focus.at(theta)) {
             Some(solved) => {
                 self.seen_in(&solved.moved, if derivatives { &solved.slopes } else { &[] })

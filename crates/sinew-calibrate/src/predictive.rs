@@ -1,6 +1,5 @@
 //! Data against what their posterior predicts.
 
-use crate::likelihood::Noise;
 use crate::problem::Problem;
 use sinew_sample::psis;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
@@ -46,7 +45,6 @@ pub struct Predictive {
     /// Posterior predictive probability of a sum of squared misfits that is larger (Gelman et al. 6.3).
     pub p_overall: f64,
     /// Root mean square of the residuals, of as many data as are left after one for each parameter \[standard deviations\].
-    #[serde(default)]
     pub misfit: f64,
 }
 
@@ -58,11 +56,7 @@ impl Predictive {
         let data: Vec<DatumCheck> =
             (0..problem.data.len()).map(|at| check(problem, draws, at)).collect();
         let chi = ChiSquared::new(problem.data.len() as f64).expect("positive degrees of freedom");
-        let tail = |(y, observables): &Draw| {
-            let residual = &problem.measured - problem.scaled(observables);
-            let noise = Noise::new(problem, &problem.log_factors(y), None);
-            chi.sf(residual.dot(&noise.factor.solve(&residual)))
-        };
+        let tail = |(y, observed): &Draw| chi.sf(problem.squares(y, observed));
         let p_overall = draws.iter().map(tail).sum::<f64>() / draws.len() as f64;
         let left = data.len().saturating_sub(problem.unknowns.len()).max(1);
         let squares: f64 = data.iter().map(|datum| datum.residual.powi(2)).sum();

@@ -3,7 +3,7 @@
 use super::{Quantity, States};
 use crate::error::{PatientError, Result, length_of, require};
 use sinew_energy::Body;
-use sinew_num::{dot3, sub3};
+use sinew_num::{dot3, norm, sub3};
 
 /// A point is in a cell if none of its corners' shares is below this: points on a facet must be found from either side.
 const INSIDE: f64 = -1e-9;
@@ -57,7 +57,7 @@ fn shares(image: &Body, cell: usize, point: [f64; 3]) -> Option<Vec<(usize, f64)
 }
 
 fn outside(image: &Body, point: [f64; 3]) -> PatientError {
-    let distance = |x: &[f64; 3]| (0..3).map(|i| (x[i] - point[i]).powi(2)).sum::<f64>().sqrt();
+    let distance = |x: &[f64; 3]| norm(&sub3(x, &point));
     let distances = image.positions.iter().map(distance).zip(0..);
     let nearest = distances.min_by(|a, b| a.0.total_cmp(&b.0));
     let ((distance, node), [x, y, z]) = (nearest.unwrap_or((f64::INFINITY, 0)), point);

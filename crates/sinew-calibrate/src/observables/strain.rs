@@ -2,6 +2,7 @@
 
 use super::{Quantity, States};
 use sinew_energy::Body;
+use sinew_num::dot3;
 
 /// Strain ½(|F e|² − 1) from one state to another, averaged over quadrature points by their volume in the image.
 ///
@@ -31,17 +32,12 @@ impl Line {
     }
 }
 
-fn square(v: &[f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum()
-}
-
 impl SegmentStrain {
     /// Strain of a segment from quadrature points of the image with a unit direction at each.
     pub(crate) fn new(image: &Body, points: &[(usize, [f64; 3])], [from, to]: [usize; 2]) -> Self {
         let whole: f64 = points.iter().map(|&(point, _)| image.volumes[point]).sum();
         let line = |&(point, direction): &(usize, [f64; 3])| {
-            let along = |g: &[f64; 3]| (0..3).map(|i| g[i] * direction[i]).sum::<f64>();
-            let slopes = image.shape_of_point(point).iter().map(along);
+            let slopes = image.shape_of_point(point).iter().map(|g| dot3(g, &direction));
             let nodes = image.nodes_of_point(point).iter().copied();
             let weight = image.volumes[point] / whole;
             Line { weight, direction, slopes: nodes.zip(slopes).collect() }
@@ -54,7 +50,8 @@ impl Quantity for SegmentStrain {
     fn value(&self, states: &States) -> f64 {
         let [from, to] = self.states.map(|state| &states[state]);
         let strain = |line: &Line| {
-            let ratio = square(&line.moved(to)) / square(&line.moved(from));
+            let [above, below] = [to, from].map(|state| line.moved(state));
+            let ratio = dot3(&above, &above) / dot3(&below, &below);
             0.5 * line.weight * (ratio - 1.0)
         };
         self.points.iter().map(strain).sum()
@@ -65,7 +62,7 @@ impl Quantity for SegmentStrain {
         let mut gradients = [vec![0.0; from.len()], vec![0.0; to.len()]];
         for line in &self.points {
             let (before, after) = (line.moved(from), line.moved(to));
-            let (below, above) = (square(&before), square(&after));
+            let (below, above) = (dot3(&before, &before), dot3(&after, &after));
             for &(node, slope) in &line.slopes {
                 for i in 0..3 {
                     let weight = line.weight * slope / below;

@@ -1,11 +1,11 @@
 //! Builder of a patient.
 
 use super::Patient;
-use super::parts::{FIRST_PHASE, Parts};
+use super::parts::Parts;
 use crate::error::{Result, place_of, require};
 use crate::observables::{CavityVolume, PointDisplacement, Quantity, SegmentStrain};
 use crate::setting::Entry;
-use crate::{At, Direction, Observable, PatientError, Segments, Setting, WallCoordinates};
+use crate::{Direction, Observable, PatientError, Segments, Setting, WallCoordinates};
 use sinew_energy::{Body, Fibres, listed};
 use sinew_fem::Unload;
 use std::sync::{OnceLock, RwLock};
@@ -52,8 +52,7 @@ impl<'p> PatientBuilder<'p> {
         mut self,
         settings: impl IntoIterator<Item = (N, S)>,
     ) -> Self {
-        self.settings =
-            settings.into_iter().map(|(name, value)| (name.into(), value.into())).collect();
+        self.settings = collected(settings);
         self
     }
 
@@ -63,9 +62,7 @@ impl<'p> PatientBuilder<'p> {
         name: impl Into<String>,
         settings: impl IntoIterator<Item = (N, S)>,
     ) -> Self {
-        let settings =
-            settings.into_iter().map(|(name, value)| (name.into(), value.into())).collect();
-        self.phases.push((name.into(), settings));
+        self.phases.push((name.into(), collected(settings)));
         self
     }
 
@@ -81,26 +78,17 @@ impl<'p> PatientBuilder<'p> {
     /// Names, values, segments and points that make no sense, and bodies that cannot be unloaded.
     pub fn build(self) -> Result<Patient<'p>> {
         self.check_names()?;
-        let image_entries = self.entries("the image", &[&self.settings])?;
-        let phase =
-            |(name, settings): &(String, Settings)| self.entries(name, &[settings, &self.settings]);
-        let phase_entries = self.phases.iter().map(phase).collect::<Result<Vec<_>, _>>()?;
-        self.check_use(&image_entries, &phase_entries)?;
+        let mut loads = vec![("image".into(), self.entries("the image", &[&self.settings])?)];
+        for (name, settings) in &self.phases {
+            loads.push((name.clone(), self.entries(name, &[settings, &self.settings])?));
+        }
+        self.check_use(&loads)?;
         let start = self.anchor()?;
         let quantities = self.quantities()?;
         let unload = Unload::new(self.image)?.fibres(self.fibres.unwrap_or_default());
         let at_rest = self.fibres.is_none().then(|| unload.image_at_rest()).transpose()?;
-        let phases = self.phases.into_iter().map(|(name, _)| name).collect();
-        let parts = Parts {
-            image: self.image,
-            unload,
-            at_rest,
-            parameters: self.parameters,
-            image_entries,
-            phases,
-            phase_entries,
-            accuracy: self.accuracy,
-        };
+        let Self { image, parameters, accuracy, .. } = self;
+        let parts = Parts { image, unload, at_rest, parameters, loads, accuracy };
         let (anchor, focus) = (OnceLock::new(), RwLock::default());
         Ok(Patient { parts, quantities, start, anchor, focus })
     }
@@ -110,12 +98,15 @@ impl<'p> PatientBuilder<'p> {
         self.image.parameters.iter().map(|parameter| parameter.name.clone()).collect()
     }
 
-    fn check_names(&self) -> Result<()> {
+    /// Names of the states in the order of their displacements.
+    fn states(&self) -> Vec<&str> {
         let phases = self.phases.iter().map(|(name, _)| name.as_str());
-        let states: Vec<&str> = ["image", "rest"].into_iter().chain(phases).collect();
-        let parameters: Vec<&str> = self.parameters.iter().map(String::as_str).collect();
-        check_once(&states)?;
-        check_once(&parameters)?;
+        ["image", "rest"].into_iter().chain(phases).collect()
+    }
+
+    fn check_names(&self) -> Result<()> {
+        check_once(&self.states())?;
+        check_once(&self.parameters.iter().map(String::as_str).collect::<Vec<_>>())?;
         require(!self.observables.is_empty(), || {
             "there is nothing to observe; add volumes, strains or displacements".into()
         })
@@ -154,8 +145,8 @@ impl<'p> PatientBuilder<'p> {
     }
 
     /// Checks that each parameter is read.
-    fn check_use(&self, image: &[Entry], phases: &[Vec<Entry>]) -> Result<()> {
-        let entries = || image.iter().chain(phases.iter().flatten());
+    fn check_use(&self, loads: &[(String, Vec<Entry>)]) -> Result<()> {
+        let entries = || loads.iter().flat_map(|(_, entries)| entries);
         self.parameters.iter().enumerate().try_for_each(|(at, name)| {
             require(entries().any(|entry| entry.parameters.contains(&at)), || {
                 let known = listed(&self.entry_names());
@@ -173,10 +164,9 @@ impl<'p> PatientBuilder<'p> {
         };
         let middle = || self.parameters.iter().map(middle).collect();
         let start: Vec<f64> = self.start.clone().unwrap_or_else(middle);
-        let names = self.parameters.iter();
-        let short = names.clone().nth(start.len()).map(|name| (name, f64::NAN));
-        let bad = names.zip(start.iter().copied()).find(|(_, value)| !value.is_finite());
-        match short.or(bad) {
+        let values = start.iter().copied().chain(std::iter::repeat(f64::NAN));
+        let mut named = self.parameters.iter().zip(values);
+        match named.find(|(_, value)| !value.is_finite()) {
             None => Ok(start),
             Some((name, value)) => Err(PatientError::Input(format!(
                 "the start for `{name}` is {value}; give a positive value near the middle of its range"
@@ -211,18 +201,10 @@ impl<'p> PatientBuilder<'p> {
     }
 
     /// Place of a state among the displacements.
-    fn state(&self, seen: &Observable, at: &At) -> Result<usize> {
-        match at {
-            At::Image => Ok(0),
-            At::Rest => Ok(1),
-            At::Phase(name) => {
-                let phases: Vec<&String> = self.phases.iter().map(|(name, _)| name).collect();
-                let place = place_of(name, &phases, || {
-                    format!("{seen}: there is no phase `{name}`; the states are image, rest,")
-                })?;
-                Ok(FIRST_PHASE + place)
-            }
-        }
+    fn state(&self, seen: &Observable, name: &str) -> Result<usize> {
+        place_of(name, &self.states(), || {
+            format!("{seen}: there is no phase `{name}`; the states are")
+        })
     }
 
     /// Quadrature points of a segment, with a direction at each.
@@ -255,6 +237,12 @@ impl<'p> PatientBuilder<'p> {
         let points = segments.cells_of(segment)?.into_iter().flat_map(of_cell);
         points.map(|point| Ok((point, along(point)?))).collect()
     }
+}
+
+fn collected<N: Into<String>, S: Into<Setting>>(
+    settings: impl IntoIterator<Item = (N, S)>,
+) -> Settings {
+    settings.into_iter().map(|(name, value)| (name.into(), value.into())).collect()
 }
 
 /// Refuses a name that is there twice.

@@ -5,14 +5,15 @@ use super::states::{PatientStates, Result, StateError};
 use crate::setting::Entry;
 use rayon::prelude::*;
 use sinew_energy::Body;
-use sinew_fem::{Options, Solution, Unload, UnloadOptions, Unloaded};
+use sinew_fem::{Options, Solution, Unload, UnloadError, UnloadOptions, Unloaded};
 use sinew_num::difference;
 
 /// Iterations from a predicted body at rest at most. If it is farther off, the search from the image is as fast.
 const NEAR: usize = 12;
 
 /// Displacements from the image come in this order: image, rest, then phases.
-pub(super) const FIRST_PHASE: usize = 2;
+const REST: usize = 1;
+const FIRST_PHASE: usize = 2;
 
 /// A body with the loads of its states.
 pub(super) struct Parts<'p> {
@@ -21,12 +22,8 @@ pub(super) struct Parts<'p> {
     /// The image, where it is at rest.
     pub at_rest: Option<Body>,
     pub parameters: Vec<String>,
-    /// Entries of θ of the body in the image.
-    pub image_entries: Vec<Entry>,
-    /// Names of the phases.
-    pub phases: Vec<String>,
-    /// Entries of θ of the body in the phases.
-    pub phase_entries: Vec<Vec<Entry>>,
+    /// Entries of θ of the body in the image, then in the phases, with the names of these states.
+    pub loads: Vec<(String, Vec<Entry>)>,
     /// Unbalanced forces of states \[relative\].
     pub accuracy: f64,
 }
@@ -45,14 +42,10 @@ impl<'p> Parts<'p> {
         if given != needed {
             return Err(StateError::Length { given, needed });
         }
-        let states = std::iter::once(("image", &self.image_entries))
-            .chain(self.phases.iter().map(String::as_str).zip(&self.phase_entries));
-        for (state, entries) in states {
-            let values = values(entries, theta);
-            let checked = self.image.check_theta(&values);
-            checked.map_err(|source| StateError::Theta { state: state.into(), source })?;
-        }
-        Ok(())
+        self.loads.iter().try_for_each(|(state, entries)| {
+            let checked = self.image.check_theta(&values(entries, theta));
+            checked.map_err(|source| StateError::Theta { state: state.clone(), source })
+        })
     }
 
     /// The body at rest and its phases in their order, up to the first without a stable equilibrium, and why that has none.
@@ -62,11 +55,7 @@ impl<'p> Parts<'p> {
         anchor: Option<&Anchor<'_>>,
     ) -> Result<(PatientStates, Option<StateError>)> {
         let unload = anchor.map_or(&self.unload, |anchor| &anchor.unload);
-        let mut unload = unload.fresh().map_err(sinew_fem::UnloadError::from)?;
-        let mut solve = Solve { parts: self, unload: &mut unload, theta };
-        let predicted = anchor.map(|anchor| anchor.predict(theta));
-        let rest = solve.rest(predicted.as_deref())?;
-        let (phases, end) = solve.phases_reached(&rest, predicted.as_deref());
+        let (rest, phases, end) = Solve::new(self, unload, theta)?.reached(anchor, true)?;
         Ok((PatientStates::of(rest, phases, Vec::new()), end))
     }
 
@@ -77,17 +66,15 @@ impl<'p> Parts<'p> {
         derivatives: bool,
     ) -> Result<PatientStates> {
         let unload = anchor.map_or(&self.unload, |anchor| &anchor.unload);
-        let mut unload = unload.fresh().map_err(sinew_fem::UnloadError::from)?;
-        Solve { parts: self, unload: &mut unload, theta }.states(anchor, derivatives)
+        Solve::new(self, unload, theta)?.states(anchor, derivatives)
     }
 
     /// States with slopes at the first θ and at those of the others that have them, to predict more from.
     pub(super) fn anchor(&self, thetas: &[Vec<f64>], near: Option<&Anchor>) -> Option<Anchor<'p>> {
         let (first, others) = thetas.split_first()?;
-        let mut unload = self.unload.fresh().ok()?;
-        let mut solve = Solve { parts: self, unload: &mut unload, theta: first };
+        let mut solve = Solve::new(self, &self.unload, first).ok()?;
         let states = solve.states(near, true).ok()?;
-        let mut centre = Anchor::new(vec![Solved::new(first, states)], unload);
+        let mut centre = Anchor::new(vec![Solved::new(first, states)], solve.unload);
         let solve = |theta: &Vec<f64>| {
             self.check(theta).ok()?;
             Some(Solved::new(theta, self.solve(theta, Some(&centre), true).ok()?))
@@ -113,35 +100,58 @@ impl PatientStates {
 /// All states at one θ.
 struct Solve<'a, 'u> {
     parts: &'a Parts<'a>,
-    unload: &'a mut Unload<'u>,
+    unload: Unload<'u>,
     theta: &'a [f64],
 }
 
-impl Solve<'_, '_> {
+impl<'a, 'u> Solve<'a, 'u> {
+    fn new(parts: &'a Parts<'a>, unload: &Unload<'u>, theta: &'a [f64]) -> Result<Self> {
+        Ok(Self { parts, unload: unload.fresh().map_err(UnloadError::from)?, theta })
+    }
+
     fn states(&mut self, anchor: Option<&Anchor>, derivatives: bool) -> Result<PatientStates> {
-        let predicted = anchor.map(|anchor| anchor.predict(self.theta));
-        let rest = self.rest(predicted.as_deref())?;
-        let phases = match &predicted {
-            Some(predicted) => {
-                let phase = |(index, predicted): (usize, &Vec<f64>)| {
-                    self.phase(&rest, index, &difference(predicted, &rest.motion))
-                };
-                let predicted = predicted[FIRST_PHASE..].iter().enumerate();
-                predicted.map(phase).collect::<Result<Vec<_>, _>>()?
-            }
-            None => self.phases_in_order(&rest)?,
-        };
-        phases.iter().enumerate().try_for_each(|(index, found)| self.stable(index, found))?;
+        let (rest, phases, end) = self.reached(anchor, false)?;
+        if let Some(error) = end {
+            return Err(error);
+        }
         let slopes = if derivatives { self.slopes(&rest, &phases)? } else { Vec::new() };
         Ok(PatientStates::of(rest, phases, slopes))
     }
 
-    fn stable(&self, index: usize, found: &Solution) -> Result<()> {
-        let (phase, negative_pivots) = (self.parts.phases[index].clone(), found.negative_pivots);
-        if negative_pivots > 0 {
-            return Err(StateError::Unstable { phase, negative_pivots });
+    /// The body at rest and its phases, up to the first without a stable equilibrium, and why it has none. Each starts from its prediction by
+    /// the anchor, else from the state whose loads are nearest: the nearest phase comes next, or all come in the order in which they were
+    /// added.
+    fn reached(
+        &mut self,
+        anchor: Option<&Anchor>,
+        in_order: bool,
+    ) -> Result<(Rest, Vec<Solution>, Option<StateError>)> {
+        let predicted = anchor.map(|anchor| anchor.predict(self.theta));
+        let rest = self.rest(predicted.as_deref())?;
+        let phases = &self.parts.loads[1..];
+        let thetas: Vec<_> = phases.iter().map(|(_, of)| values(of, self.theta)).collect();
+        let mut known = self.known(&rest);
+        let mut found: Vec<Option<Solution>> = vec![None; thetas.len()];
+        let (mut open, mut end): (Vec<usize>, _) = ((0..thetas.len()).collect(), None);
+        while !open.is_empty() && end.is_none() {
+            let next = if in_order { &open[..1] } else { &open[..] };
+            let pairs = next.iter().flat_map(|&phase| known.iter().map(move |from| (phase, from)));
+            let pairs = pairs.map(|(phase, (at, u))| (apart(&thetas[phase], at), phase, u));
+            let nearest = pairs.min_by(|a, b| a.0.total_cmp(&b.0));
+            let Some((_, phase, near)) = nearest else { break };
+            let predicted = predicted.as_ref().map(|all| &all[FIRST_PHASE + phase]);
+            let predicted = predicted.map(|moved| difference(moved, &rest.motion));
+            let near = predicted.as_ref().unwrap_or(near);
+            match self.phase(&rest, &phases[phase].0, near, &thetas[phase]) {
+                Ok(solved) => {
+                    known.push((thetas[phase].clone(), solved.displacement.clone()));
+                    found[phase] = Some(solved);
+                    open.retain(|&other| other != phase);
+                }
+                Err(error) => end = Some(error),
+            }
         }
-        Ok(())
+        Ok((rest, found.into_iter().flatten().collect(), end))
     }
 
     fn rest(&mut self, predicted: Option<&[Vec<f64>]>) -> Result<Rest> {
@@ -150,86 +160,40 @@ impl Solve<'_, '_> {
             let motion = vec![0.0; 3 * parts.image.nodes];
             return Ok(Rest { body: body.clone(), motion, found: None });
         }
-        let values = values(&parts.image_entries, theta);
+        let values = values(&parts.loads[0].1, theta);
         let near = predicted.and_then(|predicted| {
             let (iterations, accuracy) = (NEAR, parts.accuracy);
             let options = UnloadOptions { iterations, accuracy, load: None, ..Default::default() };
-            unload.solve_near(&predicted[1], &values, &options).ok()
+            unload.solve_near(&predicted[REST], &values, &options).ok()
         });
         let found = near.map_or_else(|| unload.solve(&values, &UnloadOptions::default()), Ok)?;
         let (body, motion) = (found.rest.clone(), found.motion.clone());
         Ok(Rest { body, motion, found: Some(found) })
     }
 
-    /// The phases one after the other, each from the state whose loads are nearest.
-    fn phases_in_order(&self, rest: &Rest) -> Result<Vec<Solution>> {
-        let thetas = self.phase_thetas();
-        let mut known = self.known(rest);
-        let mut found: Vec<Option<Solution>> = vec![None; thetas.len()];
-        for _ in 0..thetas.len() {
-            let open = (0..thetas.len()).filter(|&index| found[index].is_none());
-            let pairs = open.flat_map(|phase| (0..known.len()).map(move |start| (phase, start)));
-            let apart = |&(phase, start): &(usize, usize)| apart(&thetas[phase], &known[start].0);
-            let nearest = pairs.min_by(|a, b| apart(a).total_cmp(&apart(b)));
-            let Some((phase, start)) = nearest else { break };
-            let solved = self.phase(rest, phase, &known[start].1)?;
-            known.push((thetas[phase].clone(), solved.displacement.clone()));
-            found[phase] = Some(solved);
-        }
-        Ok(found.into_iter().flatten().collect())
-    }
-
-    /// The phases in the order in which they were added, each from its prediction or the state whose loads are nearest, up to the first
-    /// without a stable equilibrium, and why it has none.
-    fn phases_reached(
-        &self,
-        rest: &Rest,
-        predicted: Option<&[Vec<f64>]>,
-    ) -> (Vec<Solution>, Option<StateError>) {
-        let (mut known, mut found) = (self.known(rest), Vec::new());
-        for (index, theta) in self.phase_thetas().into_iter().enumerate() {
-            let nearest = || {
-                let pairs = known.iter().map(|(at, u)| (apart(&theta, at), u));
-                pairs.min_by(|a, b| a.0.total_cmp(&b.0)).map_or_else(Vec::new, |(_, u)| u.clone())
-            };
-            let near = predicted.map(|all| difference(&all[FIRST_PHASE + index], &rest.motion));
-            let solved = self.phase(rest, index, &near.unwrap_or_else(nearest));
-            match solved.and_then(|solved| self.stable(index, &solved).map(|()| solved)) {
-                Ok(solved) => {
-                    known.push((theta, solved.displacement.clone()));
-                    found.push(solved);
-                }
-                Err(error) => return (found, Some(error)),
-            }
-        }
-        (found, None)
-    }
-
-    /// θ of the body in each phase.
-    fn phase_thetas(&self) -> Vec<Vec<f64>> {
-        self.parts.phase_entries.iter().map(|entries| values(entries, self.theta)).collect()
-    }
-
     /// θ of the body with displacements from rest that are known before any phase: without loads, and in the image.
     fn known(&self, rest: &Rest) -> Vec<(Vec<f64>, Vec<f64>)> {
-        let Self { parts, theta, .. } = self;
-        let image = values(&parts.image_entries, theta);
-        let of_law = parts.image.material.parameters().len();
+        let image = values(&self.parts.loads[0].1, self.theta);
+        let of_law = self.parts.image.material.parameters().len();
         let mut unloaded = image.clone();
         unloaded[of_law..].fill(0.0);
         let mut known = vec![(unloaded, vec![0.0; rest.motion.len()])];
-        if parts.at_rest.is_none() {
+        if self.parts.at_rest.is_none() {
             known.push((image, rest.motion.iter().map(|w| -w).collect()));
         }
         known
     }
 
-    fn phase(&self, rest: &Rest, index: usize, near: &[f64]) -> Result<Solution> {
-        let parts = self.parts;
-        let values = values(&parts.phase_entries[index], self.theta);
-        let options = Options { minimum_accuracy: parts.accuracy, ..Options::default() };
-        let found = self.unload.loaded(&rest.body, near, &values, &options);
-        found.map_err(|source| StateError::Phase { phase: parts.phases[index].clone(), source })
+    /// Stable equilibrium of a phase at θ of the body, from a displacement.
+    fn phase(&self, rest: &Rest, name: &str, near: &[f64], theta: &[f64]) -> Result<Solution> {
+        let options = Options { minimum_accuracy: self.parts.accuracy, ..Options::default() };
+        let phase = || name.to_owned();
+        let found = self.unload.loaded(&rest.body, near, theta, &options);
+        let found = found.map_err(|source| StateError::Phase { phase: phase(), source })?;
+        match found.negative_pivots {
+            0 => Ok(found),
+            negative_pivots => Err(StateError::Unstable { phase: phase(), negative_pivots }),
+        }
     }
 
     /// Derivatives of the places of all states in each parameter.
@@ -243,13 +207,13 @@ impl Solve<'_, '_> {
         let of_rest = match &rest.found {
             None => Vec::new(),
             Some(found) => {
-                let directions = directions(&parts.image_entries, theta);
+                let directions = directions(&parts.loads[0].1, theta);
                 unload.sensitivity_along(found, &directions).map_err(at("rest"))?
             }
         };
         let mut slopes =
             vec![still.clone(), if of_rest.is_empty() { still } else { of_rest.clone() }];
-        for ((name, entries), found) in parts.phases.iter().zip(&parts.phase_entries).zip(phases) {
+        for ((name, entries), found) in parts.loads[1..].iter().zip(phases) {
             let along = directions(entries, theta);
             let places = unload.loaded_slopes(&rest.body, found, &along, &of_rest);
             slopes.push(places.map_err(at(name))?);
@@ -259,7 +223,7 @@ impl Solve<'_, '_> {
 }
 
 /// θ of the body.
-pub(super) fn values(entries: &[Entry], theta: &[f64]) -> Vec<f64> {
+fn values(entries: &[Entry], theta: &[f64]) -> Vec<f64> {
     entries.iter().map(|entry| entry.value(theta)).collect()
 }
 

@@ -1,7 +1,7 @@
 //! Derivatives through unloading for every formulation that can be unloaded, and segments of cells other than linear tetrahedra.
 
 use crate::support::heart::{MMHG, ObserveStrains};
-use sinew_calibrate::{At, Observable, Patient, PatientBuilder, Segments};
+use sinew_calibrate::{Observable, Patient, PatientBuilder, Segments};
 use sinew_energy::laws::{NeoHookean, NeoHookeanShape};
 use sinew_energy::{Body, Law, Load, Magnitude, Parameter, Scene, Support};
 use sinew_mesh::{AnyMesh, Field, TruncatedEllipsoid, Wall};
@@ -28,7 +28,7 @@ fn seen<'p>(patient: PatientBuilder<'p>, body: &Body) -> PatientBuilder<'p> {
         .image([("pressure", 8.0 * MMHG)])
         .phase("high", [("pressure", 13.0 * MMHG)])
         .observe(Observable::volume("endo", "rest"))
-        .observe(Observable::volume("endo", At::Image))
+        .observe(Observable::volume("endo", "image"))
         .observe(Observable::volume("endo", "high"))
 }
 

@@ -4,7 +4,7 @@ use super::PatientFile;
 use super::prepared::{IMAGE, Phases};
 use super::tables::{Entry, Quantity};
 use crate::case::{CaseError, LENGTH, Result, VOLUME, advise, cell_name};
-use sinew_calibrate::{At, Datum, Direction, Observable, Segments};
+use sinew_calibrate::{Datum, Direction, Observable, Segments};
 use sinew_energy::Body;
 
 /// One entry of the data.
@@ -39,7 +39,7 @@ impl Reader<'_> {
         let at = self.state("phase", phase)?;
         let from = self.state("from", entry.from.as_deref().unwrap_or(IMAGE))?;
         let is_volume = entry.volume.is_some();
-        self.refuse_if(is_volume && self.same(&at, &At::Image), "phase", || {
+        self.refuse_if(is_volume && self.same(&at, IMAGE), "phase", || {
             "the volume in the image is that of the mesh, whatever the parameters are; leave it out"
         })?;
         self.refuse_if(!is_volume && self.same(&at, &from), "phase", || {
@@ -65,7 +65,12 @@ impl Reader<'_> {
         }
     }
 
-    fn strains(&self, direction: Direction, from: At, at: At) -> Result<Vec<(Observable, f64)>> {
+    fn strains(
+        &self,
+        direction: Direction,
+        from: String,
+        at: String,
+    ) -> Result<Vec<(Observable, f64)>> {
         let Some(segments) = self.segments else {
             let reason = "strains need segments: add segments = \"aha17\" under [calibration]";
             return Err(self.error("strain", reason));
@@ -96,15 +101,15 @@ impl Reader<'_> {
     }
 
     /// Whether two states are the same: by name, at rest, or by loads that are known exactly.
-    fn same(&self, a: &At, b: &At) -> bool {
-        let name = |at: &At| match at {
-            At::Rest if self.file.tables.calibration.image_at_rest => IMAGE.to_string(),
-            other => other.to_string(),
+    fn same(&self, a: &str, b: &str) -> bool {
+        let name = |at| match at {
+            "rest" if self.file.tables.calibration.image_at_rest => IMAGE,
+            other => other,
         };
         let [a, b] = [name(a), name(b)];
-        let loads = |name: &String| self.phases.get(name);
+        let loads = |name: &str| self.phases.get(name);
         let known = self.file.tables.calibration.pressure_each.is_none();
-        a == b || (known && loads(&a).is_some() && loads(&a) == loads(&b))
+        a == b || (known && loads(a).is_some() && loads(a) == loads(b))
     }
 
     fn value(&self) -> Result<f64> {
@@ -114,11 +119,11 @@ impl Reader<'_> {
         self.entry.value.ok_or_else(|| self.error("value", "the value is missing"))
     }
 
-    fn state(&self, key: &str, name: &str) -> Result<At> {
+    fn state(&self, key: &str, name: &str) -> Result<String> {
         let known = || self.phases.keys().map(String::as_str).chain(["rest", IMAGE]);
         let reason = || format!("there is no phase `{name}`{}", advise(name, known(), "phases"));
         self.refuse_if(known().all(|phase| phase != name), key, reason)?;
-        Ok(At::from(name))
+        Ok(name.into())
     }
 
     pub(super) fn datum(&self, observable: &Observable, value: f64, place: usize) -> Result<Datum> {
