@@ -41,7 +41,7 @@ mod split;
 mod tree;
 
 pub(crate) use error::{Result, ensure};
-pub(crate) use motions::{of_eigenvalues, rigid_motions};
+pub(crate) use motions::{matrix, of_eigenvalues, rigid_motions};
 pub(crate) use polynomial::{Polynomial, expansion, terms};
 pub(crate) use tree::{Number, cluster_centres, cluster_counts};
 
@@ -71,28 +71,20 @@ pub enum Coordinates {
 }
 
 impl Coordinates {
-    /// Taylor coefficients of the outputs: per unit of each standardised parameter and of each product of two; empty
-    /// without them.
-    pub fn slopes(&self) -> &[Vec<f64>] {
+    /// Taylor coefficients of the outputs, per unit of each standardised parameter and of each product of two, and rates of the logarithm of
+    /// their amplitude ([`Motions::with_amplitude`]); empty without them.
+    pub fn taylor(&self) -> (&[Vec<f64>], &[f64]) {
         match self {
-            Self::Components => &[],
-            Self::Motions(motions) => motions.slopes(),
-            Self::Principal(directions) => directions.slopes(),
-        }
-    }
-
-    /// Rates of the logarithm of the amplitude, see [`Motions::with_amplitude`]; empty without an amplitude.
-    pub fn rates(&self) -> &[f64] {
-        match self {
-            Self::Motions(motions) => motions.rates(),
-            Self::Components | Self::Principal(_) => &[],
+            Self::Components => (&[], &[]),
+            Self::Motions(motions) => (&motions.slopes, &motions.rates),
+            Self::Principal(directions) => (directions.slopes(), &[]),
         }
     }
 
     /// Outputs of the Taylor polynomial at standardised parameters, those of clusters before those of nodes, or their
     /// derivatives along a direction of the parameters; empty without a polynomial.
     pub fn expansion(&self, parameters: &[f64], along: Option<&[f64]>) -> Vec<f64> {
-        expansion((self.slopes(), self.rates()), parameters, along)
+        expansion(self.taylor(), parameters, along)
     }
 
     /// Further solved states whose displacements are added; none where outputs follow one state.

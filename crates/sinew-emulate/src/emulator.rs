@@ -1,10 +1,11 @@
 //! A trained emulator of one body: prediction, storage.
 
+use crate::coordinates::Motions;
 use crate::error::ensure;
 use crate::parameters::{check_body, check_length, extrapolation, require_finite};
 use crate::predict::Predictor;
 use crate::predict::regressed::{self, Regressed};
-use crate::predict::taylor::{self, TaylorExpansion};
+use crate::predict::taylor;
 use crate::store::identity::{self, Identity};
 use crate::store::record::Record;
 use crate::store::{SEAL, check_seal, content, files, read_json, require_sealed, seal, write_json};
@@ -127,22 +128,22 @@ impl<'b> Emulator<'b> {
         check_body(body)?;
         TrainingOptions { anchors, ..TrainingOptions::default() }.check()?;
         let start = Instant::now();
-        Ok(Self::of_taylor(body, TaylorExpansion::of(body, anchors, seed, &mut ())?, start))
+        Ok(Self::of_taylor(body, taylor::solved(body, anchors, seed, &mut ())?, anchors, start))
     }
 
     /// Taylor expansion about a known solution at the centre of the parameters' ranges.
     pub(crate) fn taylor_about(mut solver: Solver<'b>, solved: &[f64], seed: u64) -> Result<Self> {
         let (start, body) = (Instant::now(), solver.body());
-        let taylor = TaylorExpansion::about_solved(&mut solver, solved, seed)?;
-        let emulator = Self::of_taylor(body, taylor, start);
+        let taylor = taylor::about_solved(&mut solver, solved, seed)?;
+        let emulator = Self::of_taylor(body, taylor, 1, start);
         emulator.solvers.add(solver);
         Ok(emulator)
     }
 
-    fn of_taylor(body: &'b Body, taylor: TaylorExpansion, start: Instant) -> Self {
+    fn of_taylor(body: &'b Body, taylor: Motions, anchors: usize, start: Instant) -> Self {
         let mut record = Record::new(taylor::KEY);
-        record.simulations = taylor.anchors();
-        record.about = taylor::about(record.simulations);
+        record.simulations = anchors;
+        record.about = taylor::about(anchors);
         record.prepare_s = start.elapsed().as_secs_f64();
         Self::new(body, Box::new(Regressed { taylor: Some(taylor), regression: None }), record)
     }
@@ -163,21 +164,9 @@ impl<'b> Emulator<'b> {
     /// θ of the wrong length, not finite, not positive where samples are uniform in the logarithm, or so far outside its ranges
     /// that a displacement is not finite.
     pub fn predict(&self, thetas: &[Vec<f64>]) -> Result<Prediction> {
-        self.predicted(thetas, false)
-    }
-
-    /// Predicts; `in_full` with the message passing that a network needs for an unseen geometry. This is less accurate than the
-    /// trained node embeddings. Other predictors predict as in [`Emulator::predict`].
-    ///
-    /// # Errors
-    /// As [`Emulator::predict`].
-    pub(crate) fn predicted(&self, thetas: &[Vec<f64>], in_full: bool) -> Result<Prediction> {
-        let Self { body, predictor, .. } = self;
+        let body = self.body;
         thetas.iter().try_for_each(|theta| check_length(body, theta))?;
-        let displacement = match in_full {
-            true => predictor.predict_in_full(body, thetas)?,
-            false => predictor.predict(body, thetas)?,
-        };
+        let displacement = self.predictor.predict(body, thetas)?;
         require_finite(body, thetas, &displacement)?;
         let warnings = thetas.iter().map(|theta| extrapolation(body, theta)).collect();
         Ok(Prediction { thetas: thetas.to_vec(), displacement, warnings })

@@ -40,7 +40,7 @@ pub enum Error {
     /// A range or a number of samples that a design cannot draw.
     #[error("{0}")]
     Samples(String),
-    /// A body, prediction, folder or file that cannot be used.
+    /// A body, prediction, folder or file that cannot be used, and samples that no regression can be fitted to.
     #[error("{0}")]
     Refused(String),
     /// The solver cannot solve the body at all, or not where it was asked to.
@@ -52,9 +52,6 @@ pub enum Error {
     /// Coordinates or scales that do not suit a body.
     #[error(transparent)]
     Coordinates(#[from] crate::coordinates::CoordinateError),
-    /// Simulations that no regression can be fitted to.
-    #[error(transparent)]
-    Regression(#[from] RegressionError),
     /// Too many simulations failed.
     #[error("{solved} of {tried} simulations succeeded, {least} are needed{first}")]
     TooFewSimulations { solved: usize, tried: usize, least: usize, first: String },
@@ -92,35 +89,6 @@ pub enum Error {
     /// A file that cannot be read or written.
     #[error("{}: {source}", path.display())]
     File { path: PathBuf, source: std::io::Error },
-}
-
-/// Why a decomposition or its regression is impossible.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
-pub enum RegressionError {
-    /// Too few samples.
-    #[error("{found} simulations were given, at least 2 are needed, 25 is a good number")]
-    TooFewSamples { found: usize },
-    /// Not one field per parameter vector.
-    #[error("{thetas} parameter vectors but {fields} fields: give one field per vector")]
-    SampleCount { thetas: usize, fields: usize },
-    /// Samples of unlike length.
-    #[error("sample {sample}: {expected} {what} expected, {found} found")]
-    Length { what: &'static str, sample: usize, expected: usize, found: usize },
-    /// A parameter that is not finite, or not positive on a logarithmic scale.
-    #[error(
-        "parameter {parameter} of sample {sample} is {value}: it must be finite, and positive where it is sampled by its logarithm"
-    )]
-    Parameter { sample: usize, parameter: String, value: f64 },
-    /// A field with a NaN or an infinity.
-    #[error("value {index} of field {sample} is {value}: leave failed solves out")]
-    Field { sample: usize, index: usize, value: f64 },
-    /// The singular value decomposition failed.
-    #[error(
-        "no singular values of {samples} fields of {length} values, the largest being {largest:e}: \
-         choose units in which the values are of order one"
-    )]
-    Decomposition { samples: usize, length: usize, largest: f64 },
 }
 
 /// A reason not to trust an emulator, a prediction or a correction. Printed it says what to do.
@@ -172,14 +140,7 @@ pub enum Warning {
         "{parameter} = {value}{unit} is outside the trained range from {low} to {high}{unit}: the prediction extrapolates",
         unit = Unit::from(unit.as_str()).suffix()
     )]
-    OutsideRange {
-        parameter: String,
-        value: f64,
-        low: f64,
-        high: f64,
-        #[serde(default = "unitless")]
-        unit: String,
-    },
+    OutsideRange { parameter: String, value: f64, low: f64, high: f64, unit: String },
     /// Error estimates of this emulator hold less often than they should.
     #[error(
         "error estimates were within a factor of two on {:.0} % of {cases} held-out cases only: some have other equilibria nearby \
@@ -220,8 +181,4 @@ pub enum Warning {
         "Newton step {step} was shortened to {length:.3} of its length, because the full step inverts a cell or raises the energy"
     )]
     ShortStep { step: usize, length: f64 },
-}
-
-fn unitless() -> String {
-    "1".into()
 }

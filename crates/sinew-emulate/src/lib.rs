@@ -80,14 +80,13 @@ mod sample;
 pub mod store;
 
 pub use emulator::{Emulator, Load, Prediction};
-pub use error::{Error, RegressionError, Result, Warning};
+pub use error::{Error, Result, Warning};
 pub use estimate::evaluate::{
     CaseErrors, Errors, METRICS, Metric, Quantiles, TestSet, median_and_worst,
 };
 pub use estimate::evaluation::{Corrected, Evaluation, Stage, Times};
 pub use estimate::{Distance, Estimate};
 pub use predict::regression::{Interpolation, PodRegression, RegressionParts};
-pub use predict::taylor::TaylorExpansion;
 pub use predict::{Predictor, central_differences};
 pub use recipe::Train;
 pub use recipe::options::{Budget, TrainingOptions};

@@ -7,10 +7,6 @@ use crate::{Body, Error, Result, Warning};
 use sinew_energy::Parameter;
 use sinew_fem::SolveError;
 
-/// Relative slack within which a value counts as inside its range: rounding of a bound that went through a logarithm or
-/// a text file.
-const SLACK: f64 = 1e-9;
-
 /// The body's parameters as inputs of a network.
 pub fn scaling(body: &Body) -> Result<ParameterScaling> {
     Ok(ParameterScaling::new(body.parameters.iter().map(ParameterRange::from).collect())?)
@@ -18,9 +14,8 @@ pub fn scaling(body: &Body) -> Result<ParameterScaling> {
 
 /// The parameters that lie outside their ranges.
 fn outside<'a>(body: &'a Body, theta: &'a [f64]) -> impl Iterator<Item = (&'a Parameter, f64)> {
-    let inside =
-        |(p, value): &(&Parameter, f64)| (-SLACK..=1.0 + SLACK).contains(&share_of(p, *value));
-    body.parameters.iter().zip(theta.iter().copied()).filter(move |pair| !inside(pair))
+    let pairs = body.parameters.iter().zip(theta.iter().copied());
+    pairs.filter(|(parameter, value)| !ParameterRange::from(*parameter).contains(*value))
 }
 
 /// Warnings about parameters outside the trained ranges.

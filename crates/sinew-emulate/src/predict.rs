@@ -58,8 +58,8 @@ pub trait Predictor: Debug + Send + Sync {
     /// θ outside the domain of the predictor.
     fn predict(&self, body: &Body, thetas: &[Vec<f64>]) -> Result<Vec<f64>>;
 
-    /// Predicts as for an unseen body: a network passes messages again. Other predictors predict as in
-    /// [`Predictor::predict`].
+    /// Predicts as for an unseen body: a network passes messages again, which is less accurate than trained node embeddings. Other predictors
+    /// predict as in [`Predictor::predict`].
     ///
     /// # Errors
     /// As [`Predictor::predict`].

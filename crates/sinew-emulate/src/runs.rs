@@ -162,15 +162,11 @@ pub struct RunsEmulator {
 #[derive(Serialize, Deserialize)]
 struct Description {
     /// Version of the program, and seed of the order of the runs.
-    #[serde(default)]
     version: String,
-    #[serde(default)]
     seed: u64,
     parameters: Vec<Axis>,
     left_out: Vec<LeftOut>,
-    #[serde(default)]
     warnings: Vec<String>,
-    #[serde(default)]
     correlation: Vec<Vec<f64>>,
 }
 
@@ -244,11 +240,7 @@ impl RunsEmulator {
 
     /// Correlation of the errors of two numbers, by the places of their outputs: that of the errors left out.
     pub fn correlation(&self, one: usize, other: usize) -> f64 {
-        match self.correlation.get(one) {
-            Some(row) => row[other],
-            // Stored before errors were correlated.
-            None => f64::from(u8::from(one == other)),
-        }
+        self.correlation[one][other]
     }
 
     /// Errors of runs left out, output by output.

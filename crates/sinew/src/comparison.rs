@@ -4,8 +4,8 @@ use crate::locking_in_words;
 use crate::theta::{range_in_words, theta_in_words};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::{
-    CaseErrors, CurvePoint, Emulator, Error, Errors, Evaluation, METRICS, Quantiles, TestSet,
-    Warning, median_and_worst, simulate,
+    Calibration, CaseErrors, CurvePoint, Emulator, Error, Errors, Evaluation, METRICS, Quantiles,
+    TestSet, Warning, median_and_worst, simulate,
 };
 use sinew_energy::metrics::displacement_error;
 use sinew_energy::{Body, Magnitude, Parameter};
@@ -241,8 +241,8 @@ impl fmt::Display for Comparison {
 
 impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Evaluation { cases, raw, corrected, within_two, refused, inverted, times, .. } =
-            &self.evaluation;
+        let Evaluation { raw, corrected, calibration, times, .. } = &self.evaluation;
+        let Calibration { cases, within_two, refused, inverted } = calibration;
         row(f, &self.name, raw, times.predict_decoder_s)?;
         for after in corrected {
             let name =

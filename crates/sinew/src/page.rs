@@ -3,7 +3,7 @@
 use crate::Inflation;
 use crate::comparison::{Comparison, Method, SOLVER};
 use crate::viewer::volume_unit;
-use sinew_emulate::{CurvePoint, Errors, Evaluation, METRICS, Metric, Quantiles};
+use sinew_emulate::{Calibration, CurvePoint, Errors, Evaluation, METRICS, Metric, Quantiles};
 use sinew_report::format::{count as spaced, digits, rounded, seconds as duration};
 use sinew_report::{
     Block, Cell, Chart, Column, Distribution, Level, Provenance, Report, ReportError, Row, Section,
@@ -172,7 +172,10 @@ impl Comparison {
             fact("mesh", format!("{nodes} nodes, {cells} elements, {unknowns} unknowns")),
             fact("parameters", self.parameters.join(", ")),
             fact("displacement", size),
-            fact("test cases", self.methods.first().map_or(0, |m| m.evaluation.cases).to_string()),
+            fact(
+                "test cases",
+                self.methods.first().map_or(0, |m| m.evaluation.calibration.cases).to_string(),
+            ),
         ]
     }
 
@@ -319,17 +322,17 @@ fn row(
 
 /// Simulations of a method, calibration and absence of its estimates, and corrections that hurt.
 fn standing(method: &Method) -> [Cell; 4] {
-    let Evaluation { within_two, refused, inverted, cases, .. } = &method.evaluation;
+    let Calibration { within_two, refused, inverted, cases } = method.evaluation.calibration;
     let steps = match method.steps {
         0 => String::new(),
         steps => format!("{} steps", spaced(steps)),
     };
-    let cells = if *inverted > 0 { format!("{inverted} invert a cell") } else { String::new() };
+    let cells = if inverted > 0 { format!("{inverted} invert a cell") } else { String::new() };
     let held = (refused < cases).then(|| rounded(100.0 * within_two, 3));
     [
         Cell { note: steps, ..Cell::from(method.simulations as f64) },
         held.into(),
-        Cell { note: cells, ..of(*refused, *cases).into() },
+        Cell { note: cells, ..of(refused, cases).into() },
         Cell::default(),
     ]
 }

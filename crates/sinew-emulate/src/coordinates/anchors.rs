@@ -56,12 +56,11 @@ impl Anchors {
         let factor = |row: usize, length: f64| {
             length.powi(orders[row % orders.len()].iter().sum::<usize>() as i32)
         };
-        let mut best: Option<(f64, Self)> = None;
-        for length in LENGTHS {
+        let fit = |length: f64| {
             let places = at.iter().map(|x| &root * DVector::from_column_slice(x) / length);
             let (places, map) = (places.collect::<Vec<_>>(), &root / length);
             let given = matrix.map_with_location(|i, _, value| factor(i, length) * value);
-            let Some(factored) = factored(&places, root.ncols()) else { continue };
+            let factored = factored(&places, root.ncols())?;
             let spread: f64 = factored.l_dirty().diagonal().iter().map(|l| 2.0 * l.ln()).sum();
             let (inverse, weights) = (factored.inverse(), factored.solve(&given));
             let scaled = products
@@ -71,10 +70,10 @@ impl Anchors {
             let evidence = fields.len() as f64 * fit.ln() + spread - scale;
             // Fields of zero tell no length.
             let evidence = if evidence.is_finite() { evidence } else { (length - LENGTH).abs() };
-            if best.as_ref().is_none_or(|(least, _)| evidence < *least) {
-                best = Some((evidence, Self { places, map, inverse, weights }));
-            }
-        }
+            Some((evidence, Self { places, map, inverse, weights }))
+        };
+        let fits = LENGTHS.into_iter().filter_map(fit);
+        let best = fits.min_by(|(a, _), (b, _)| a.total_cmp(b));
         Ok(best.ok_or(CoordinateError::None("anchors coincide"))?.1)
     }
 
@@ -83,11 +82,6 @@ impl Anchors {
         let solver = self.map.clone().lu();
         let back = |place: &DVector<f64>| solver.solve(place).map(|x| x.as_slice().to_vec());
         self.places.iter().filter_map(back).collect()
-    }
-
-    /// Number of the anchors.
-    pub fn count(&self) -> usize {
-        self.places.len()
     }
 
     /// Length of the field.

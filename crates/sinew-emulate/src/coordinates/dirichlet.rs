@@ -11,7 +11,6 @@ pub struct Dirichlet {
     /// Value of every degree of freedom, node by node, `None` where it is free \[length\].
     pub prescribed: Vec<Option<f64>>,
     /// Orthonormal axes, one per row, of the nodes in space whose degrees of freedom are along directions of their own.
-    #[serde(default)]
     pub axes: BTreeMap<usize, [[f64; 3]; 3]>,
 }
 

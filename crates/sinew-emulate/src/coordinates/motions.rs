@@ -2,7 +2,7 @@
 
 mod costs;
 
-pub(crate) use costs::{of_eigenvalues, rigid_motions};
+pub(crate) use costs::{matrix, of_eigenvalues, rigid_motions};
 
 use crate::coordinates::packed::{doubles, read_doubles};
 use crate::coordinates::{
@@ -31,11 +31,11 @@ pub struct Motions {
     origin: Arc<[f64]>,
     unknowns: usize,
     tree: Arc<MotionTree>,
-    /// Taylor coefficients of the outputs of clusters, then of nodes, per unit of each standardised parameter and of each
-    /// product of two; empty without a Taylor expansion.
-    slopes: Arc<[Vec<f64>]>,
+    /// Taylor coefficients of the outputs of clusters, six each, then of nodes, three each, per unit of each standardised parameter and of
+    /// each product of two; empty without a Taylor expansion.
+    pub(super) slopes: Arc<[Vec<f64>]>,
     /// Logarithm of the amplitude per unit of each of these terms; none where outputs follow without one.
-    rates: Arc<[f64]>,
+    pub(super) rates: Arc<[f64]>,
     /// Further solved states, whose displacements are added.
     pub(super) anchors: Option<Arc<Anchors>>,
 }
@@ -224,16 +224,6 @@ impl Motions {
         (0..nodes + clusters).flat_map(row).collect()
     }
 
-    /// Taylor coefficients of [`Motions::with_expansion`]: outputs of clusters, six each, and then of nodes, three each.
-    pub fn slopes(&self) -> &[Vec<f64>] {
-        &self.slopes
-    }
-
-    /// Logarithm of the amplitude per unit of each term, see [`Motions::with_amplitude`]; none where outputs follow without one.
-    pub fn rates(&self) -> &[f64] {
-        &self.rates
-    }
-
     /// Further solved states that displacements go through, see [`Motions::through`]; none where there is one alone.
     pub fn anchors(&self) -> Option<&Arc<Anchors>> {
         self.anchors.as_ref()
@@ -291,9 +281,7 @@ struct Packed {
     centres: String,
     node_scales: String,
     cluster_scales: String,
-    #[serde(default)]
     slopes: Vec<String>,
-    #[serde(default)]
     rates: Vec<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     anchors: Option<Anchors>,

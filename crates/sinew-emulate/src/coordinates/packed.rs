@@ -2,6 +2,9 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serializer};
+use std::sync::Arc;
 
 /// Text of numbers of double precision.
 pub fn doubles(values: &[f64]) -> String {
@@ -34,6 +37,15 @@ pub fn read_doubles(text: &str, count: usize) -> Result<Vec<f64>, String> {
 /// Text that is not base64.
 pub fn read_singles(text: &str) -> Result<Vec<f32>, String> {
     Ok(decoded(text)?.into_iter().map(f32::from_le_bytes).collect())
+}
+
+/// Numbers of single precision as a field of what is stored.
+pub(super) fn serialize<S: Serializer>(values: &[f32], to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(&singles(values))
+}
+
+pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Arc<[f32]>, D::Error> {
+    Ok(read_singles(&String::deserialize(from)?).map_err(D::Error::custom)?.into())
 }
 
 fn encoded<const N: usize>(values: impl Iterator<Item = [u8; N]>) -> String {

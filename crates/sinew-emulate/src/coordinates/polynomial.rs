@@ -84,19 +84,10 @@ impl Polynomial {
     pub(crate) fn fit(values: &DMatrix<f64>, parameters: &[Vec<f64>]) -> Result<Self> {
         let count = parameters.first().map_or(0, Vec::len);
         let rows: Vec<Vec<f64>> = parameters.iter().map(|p| terms(p)).collect();
-        let mut orders = vec![0, count, all_terms(count)];
-        orders.dedup();
-        let mut best: Option<(f64, Self)> = None;
-        for order in orders {
-            // A value for each coefficient, and one to judge them by.
-            if order + 1 >= values.nrows() {
-                continue;
-            }
-            let Some((missed, found)) = Self::of_order(values, &rows, order) else { continue };
-            if best.as_ref().is_none_or(|(least, _)| missed < *least) {
-                best = Some((missed, found));
-            }
-        }
+        // A value for each coefficient, and one to judge them by.
+        let orders = [0, count, all_terms(count)].into_iter().filter(|n| n + 1 < values.nrows());
+        let fits = orders.filter_map(|order| Self::of_order(values, &rows, order));
+        let best = fits.min_by(|(a, _), (b, _)| a.total_cmp(b));
         Ok(best.ok_or(CoordinateError::None(NO_DIRECTIONS))?.1)
     }
 

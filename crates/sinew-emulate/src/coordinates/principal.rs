@@ -21,9 +21,10 @@ pub struct PrincipalDirections {
 }
 
 /// A matrix, row by row.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Factor {
     columns: usize,
+    #[serde(with = "packed")]
     entries: Arc<[f32]>,
 }
 
@@ -135,10 +136,6 @@ impl PrincipalDirections {
 
     fn from_parts(origin: Vec<f64>, factors: Vec<Factor>, slopes: Vec<Vec<f64>>) -> Result<Self> {
         require_finite("the origin of the outputs", &origin)?;
-        for slope in &slopes {
-            require_count("outputs per unit of a parameter", slope.len(), origin.len())?;
-            require_finite("outputs per unit of a parameter", slope)?;
-        }
         let mut size = origin.len();
         for factor in &factors {
             let Factor { columns, entries } = factor;
@@ -175,28 +172,14 @@ impl PrincipalDirections {
 #[derive(Serialize, Deserialize)]
 struct Packed {
     origin: Vec<f64>,
-    factors: Vec<PackedFactor>,
-    #[serde(default)]
+    factors: Vec<Factor>,
     slopes: Vec<String>,
 }
 
-#[derive(Serialize, Deserialize)]
-struct PackedFactor {
-    columns: usize,
-    entries: String,
-}
-
 impl From<PrincipalDirections> for Packed {
-    fn from(basis: PrincipalDirections) -> Self {
-        let pack = |factor: &Factor| PackedFactor {
-            columns: factor.columns,
-            entries: packed::singles(&factor.entries),
-        };
-        Self {
-            origin: basis.origin.to_vec(),
-            factors: basis.factors.iter().map(pack).collect(),
-            slopes: basis.slopes.iter().map(|slope| packed::doubles(slope)).collect(),
-        }
+    fn from(PrincipalDirections { origin, factors, slopes }: PrincipalDirections) -> Self {
+        let slopes = slopes.iter().map(|slope| packed::doubles(slope)).collect();
+        Self { origin: origin.to_vec(), factors, slopes }
     }
 }
 
@@ -204,13 +187,9 @@ impl TryFrom<Packed> for PrincipalDirections {
     type Error = String;
 
     fn try_from(packed: Packed) -> Result<Self, String> {
-        let unpack = |factor: PackedFactor| {
-            let entries = packed::read_singles(&factor.entries)?.into();
-            Ok::<_, String>(Factor { columns: factor.columns, entries })
-        };
-        let factors = packed.factors.into_iter().map(unpack).collect::<Result<_, _>>()?;
-        let read = |slope: &String| packed::read_doubles(slope, packed.origin.len());
-        let slopes = packed.slopes.iter().map(read).collect::<Result<_, _>>()?;
-        Self::from_parts(packed.origin, factors, slopes).map_err(|error| error.to_string())
+        let Packed { origin, factors, slopes } = packed;
+        let slopes = slopes.iter().map(|slope| packed::read_doubles(slope, origin.len()));
+        let slopes = slopes.collect::<Result<_, _>>()?;
+        Self::from_parts(origin, factors, slopes).map_err(|error| error.to_string())
     }
 }

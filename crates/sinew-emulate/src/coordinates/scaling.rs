@@ -28,10 +28,8 @@ impl From<&Parameter> for ParameterRange {
 
 /// Maps parameters θ to network inputs of zero mean and unit variance over the box of their ranges.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Vec<ParameterRange>", into = "Vec<ParameterRange>")]
-pub struct ParameterScaling {
-    ranges: Vec<ParameterRange>,
-}
+#[serde(try_from = "Vec<ParameterRange>")]
+pub struct ParameterScaling(Vec<ParameterRange>);
 
 /// Relative slack within which a parameter counts as inside its range: rounding of a bound that
 /// went through a logarithm or a text file.
@@ -49,7 +47,7 @@ impl ParameterScaling {
             range.require_positive(parameter, lower)?;
             ensure(lower < upper, CoordinateError::EmptyRange { parameter, lower, upper })?;
         }
-        Ok(Self { ranges })
+        Ok(Self(ranges))
     }
 
     /// Every parameter on the log scale between `lower` and `upper`.
@@ -64,7 +62,7 @@ impl ParameterScaling {
 
     /// The ranges, in the order of θ.
     pub fn ranges(&self) -> &[ParameterRange] {
-        &self.ranges
+        &self.0
     }
 
     /// Network inputs of one parameter set.
@@ -72,14 +70,14 @@ impl ParameterScaling {
     /// # Errors
     /// A wrong number of parameters, one that is not finite, or one that is not positive on a log scale.
     pub fn standardise(&self, theta: &[f64]) -> Result<Vec<f64>> {
-        require_count("parameters", theta.len(), self.ranges.len())?;
+        require_count("parameters", theta.len(), self.0.len())?;
         require_finite("parameters", theta)?;
         let scaled = |(parameter, (&value, range)): (usize, (&f64, &ParameterRange))| {
             range.require_positive(parameter, value)?;
             let (centre, deviation) = range.centre_and_deviation();
             Ok((range.scaled(value) - centre) / deviation)
         };
-        theta.iter().zip(&self.ranges).enumerate().map(scaled).collect()
+        theta.iter().zip(&self.0).enumerate().map(scaled).collect()
     }
 
     /// The parameters of some network inputs.
@@ -87,7 +85,7 @@ impl ParameterScaling {
     /// # Errors
     /// A wrong number of inputs.
     pub fn unstandardise(&self, inputs: &[f64]) -> Result<Vec<f64>> {
-        require_count("standardised parameters", inputs.len(), self.ranges.len())?;
+        require_count("standardised parameters", inputs.len(), self.0.len())?;
         let value = |(input, range): (&f64, &ParameterRange)| {
             let (centre, deviation) = range.centre_and_deviation();
             let scaled = centre + deviation * input;
@@ -96,7 +94,7 @@ impl ParameterScaling {
                 Sampling::Log => scaled.exp(),
             }
         };
-        Ok(inputs.iter().zip(&self.ranges).map(value).collect())
+        Ok(inputs.iter().zip(&self.0).map(value).collect())
     }
 
     /// Requires that the parameters of a sample lie in their ranges.
@@ -105,7 +103,7 @@ impl ParameterScaling {
     /// As [`ParameterScaling::standardise`], and the first parameter outside.
     pub fn require_inside(&self, sample: usize, theta: &[f64]) -> Result<()> {
         self.standardise(theta)?;
-        for (parameter, (&value, range)) in theta.iter().zip(&self.ranges).enumerate() {
+        for (parameter, (&value, range)) in theta.iter().zip(&self.0).enumerate() {
             let ParameterRange { lower, upper, .. } = *range;
             let error = CoordinateError::OutsideRange { sample, parameter, value, lower, upper };
             ensure(range.contains(value), error)?;
@@ -122,12 +120,7 @@ impl ParameterScaling {
                 Sampling::Log => 1.0 / (value * deviation),
             }
         };
-        theta.iter().zip(&self.ranges).map(slope).collect()
-    }
-
-    /// Whether every parameter lies in its trained range.
-    pub fn contains(&self, theta: &[f64]) -> bool {
-        theta.iter().zip(&self.ranges).all(|(&value, range)| range.contains(value))
+        theta.iter().zip(&self.0).map(slope).collect()
     }
 }
 
@@ -139,14 +132,9 @@ impl TryFrom<Vec<ParameterRange>> for ParameterScaling {
     }
 }
 
-impl From<ParameterScaling> for Vec<ParameterRange> {
-    fn from(scaling: ParameterScaling) -> Self {
-        scaling.ranges
-    }
-}
-
 impl ParameterRange {
-    fn contains(&self, value: f64) -> bool {
+    /// Whether a value is inside, but for rounding.
+    pub(crate) fn contains(&self, value: f64) -> bool {
         let slack = RANGE_SLACK * (self.upper - self.lower);
         (self.lower - slack..=self.upper + slack).contains(&value)
     }

@@ -1,9 +1,10 @@
 //! Split of a change of the displacement over the clusters.
 
 use crate::coordinates::{
-    Dirichlet, MotionTree, Motions, Result, of_eigenvalues, require_count, rigid_motions,
+    Dirichlet, MotionTree, Motions, Result, matrix, of_eigenvalues, require_count, rigid_motions,
 };
 use nalgebra::{DMatrix, SMatrix, SVector};
+use sinew_num::sub3;
 
 /// Eigenvalue \[relative to the largest\] below which an output has no effect.
 const SMALLEST: f64 = 1e-10;
@@ -25,10 +26,9 @@ impl Motions {
         let free: Vec<SMatrix<f64, 3, 3>> =
             table.chunks_exact(9).map(SMatrix::from_row_slice).collect();
         let layers: Vec<Layer> =
-            ancestors(tree).into_iter().map(|of| Layer::new(tree, of, &free)).collect();
+            tree.ancestors().into_iter().map(|of| Layer::new(tree, of, &free)).collect();
         let own = |node: usize| {
-            let scale =
-                free[node] * SMatrix::<f64, 3, 3>::from_fn(|i, j| tree.node_scales[node][i][j]);
+            let scale = free[node] * matrix(&tree.node_scales[node]);
             pseudo_inverse(scale.transpose() * scale) * scale.transpose()
         };
         let own: Vec<SMatrix<f64, 3, 3>> = (0..nodes).map(own).collect();
@@ -60,11 +60,8 @@ struct Layer {
 impl Layer {
     fn new(tree: &MotionTree, of: Vec<usize>, free: &[SMatrix<f64, 3, 3>]) -> Self {
         let motion = |(node, &cluster): (usize, &usize)| {
-            let scales = &tree.cluster_scales[cluster];
-            let arm = |i| tree.positions[node][i] - tree.centres[cluster][i];
-            free[node]
-                * rigid_motions(std::array::from_fn(arm))
-                * SMatrix::<f64, 6, 6>::from_fn(|i, j| scales[i][j])
+            let arm = sub3(&tree.positions[node], &tree.centres[cluster]);
+            free[node] * rigid_motions(arm) * matrix(&tree.cluster_scales[cluster])
         };
         let motions: Vec<SMatrix<f64, 3, 6>> = of.iter().enumerate().map(motion).collect();
         let mut inverses = vec![SMatrix::<f64, 6, 6>::zeros(); tree.centres.len()];
@@ -92,14 +89,6 @@ impl Layer {
             outputs[6 * cluster..6 * cluster + 6].copy_from_slice(moved[cluster].as_slice());
         }
     }
-}
-
-/// The clusters of all nodes, layer by layer from the smallest on.
-fn ancestors(tree: &MotionTree) -> Vec<Vec<usize>> {
-    let above = |below: &Vec<usize>| {
-        below.iter().map(|&cluster| tree.cluster_parents[cluster]).collect::<Option<Vec<usize>>>()
-    };
-    std::iter::successors(Some(tree.node_parents.clone()), above).collect()
 }
 
 fn pseudo_inverse<const N: usize>(square: SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {

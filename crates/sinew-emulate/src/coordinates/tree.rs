@@ -39,6 +39,14 @@ impl MotionTree {
         6 * self.cluster_parents.len()
     }
 
+    /// The clusters of all nodes, layer by layer from the smallest on.
+    pub(crate) fn ancestors(&self) -> Vec<Vec<usize>> {
+        let above = |below: &Vec<usize>| {
+            below.iter().map(|&cluster| self.cluster_parents[cluster]).collect::<Option<Vec<_>>>()
+        };
+        std::iter::successors(Some(self.node_parents.clone()), above).collect()
+    }
+
     /// Motions of all clusters, parents before children.
     fn cluster_motions<S: Number>(&self, outputs: &[S]) -> Vec<Motion<S>> {
         let count = self.cluster_parents.len();

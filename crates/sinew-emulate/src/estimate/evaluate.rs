@@ -39,7 +39,6 @@ pub struct CaseErrors {
     /// `‖u − û‖ / ‖u‖` over all nodes together.
     pub relative: f64,
     /// Whether the prediction inverts a cell, so that its energy is infinite.
-    #[serde(default)]
     pub inverted: bool,
     /// Energy above the minimum, relative to it.
     pub energy_excess: f64,
@@ -262,14 +261,9 @@ impl Quantiles {
         sorted.sort_by(f64::total_cmp);
         let at = |share: f64| {
             let place = share * (sorted.len() as f64 - 1.0);
-            let [below, above] = [place.floor(), place.ceil()].map(|at| sorted.get(at as usize));
-            match (below, above) {
-                (Some(low), Some(high)) if place.fract() > 0.0 => {
-                    low + place.fract() * (high - low)
-                }
-                (Some(value), _) => *value,
-                _ => f64::NAN,
-            }
+            let value = |at: f64| sorted.get(at as usize).copied().unwrap_or(f64::NAN);
+            let [low, high] = [place.floor(), place.ceil()].map(value);
+            if low == high { low } else { low + place.fract() * (high - low) }
         };
         let mean = (sorted.iter().sum::<f64>() / sorted.len() as f64).clamp(f64::MIN, f64::MAX);
         let [min, q02_5, q05, q25] = [0.0, 0.025, 0.05, 0.25].map(at);

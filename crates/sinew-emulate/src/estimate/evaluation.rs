@@ -1,8 +1,6 @@
 //! An emulator against a test set: errors raw and corrected, estimates, times.
 
-use crate::estimate::evaluate::{
-    Errors, Quantiles, TestSet, median, median_seconds, misfits, share,
-};
+use crate::estimate::evaluate::{Errors, TestSet, median, median_seconds, misfits, share};
 use crate::parameters::check_length;
 use crate::{Calibration, Emulator, Result};
 use rayon::prelude::*;
@@ -24,25 +22,15 @@ const COLD_SOLVES: usize = 5;
 pub struct Evaluation {
     /// Short name of the recipe.
     pub recipe: String,
-    /// Test cases.
-    pub cases: usize,
     /// Errors of the predictions.
     pub raw: Errors,
     /// After one Newton step, two, and so on.
     pub corrected: Vec<Corrected>,
     /// Cost and errors of predictions as they are and after steps, from which [`Evaluation::seconds_to`] is derived.
-    #[serde(default)]
     pub stages: Vec<Stage>,
-    /// True error over its [`Estimate`](crate::Estimate) in the energy norm, where there is one.
-    pub estimates: Option<Quantiles>,
-    /// True mean nodal distance over its estimate.
-    pub distances: Option<Quantiles>,
-    /// Share of the estimated cases in which the true error is within a factor of two of the estimate, in both.
-    pub within_two: f64,
-    /// Cases without an estimate: their checks say that they are not near an equilibrium.
-    pub refused: usize,
-    /// Predictions that invert a cell, so that they have neither estimate nor correction; they count as refused.
-    pub inverted: usize,
+    /// Test cases, and how often estimates of their errors hold.
+    #[serde(flatten)]
+    pub calibration: Calibration,
     /// Relative error of `∂û/∂θ` [%] for every parameter, medians over some cases.
     pub sensitivity_errors: Vec<f64>,
     /// Times.
@@ -102,13 +90,7 @@ impl Emulator<'_> {
             })
         };
         let steps: Vec<_> = test.thetas.iter().zip(&fields).map(steps).collect::<Result<_>>()?;
-        let judged = ratios(self, test, &fields)?;
-        let Calibration { within_two, refused, .. } = Calibration::of(&judged);
-        let estimated = || judged.iter().flatten();
-        let quantiles = |which: usize| {
-            let ratios = estimated().map(|ratios| ratios[which]);
-            estimated().next().map(|_| Quantiles::of(ratios))
-        };
+        let calibration = Calibration::of(&ratios(self, test, &fields)?);
         let after = |count: usize| -> Vec<Vec<f64>> {
             let moved = |(field, steps): (&Vec<f64>, &Vec<NewtonStep>)| {
                 let last = steps[..count.min(steps.len())].last();
@@ -132,14 +114,9 @@ impl Emulator<'_> {
         }));
         Ok(Evaluation {
             stages,
+            calibration,
             recipe: self.record.recipe.clone(),
-            cases: raw.len(),
             corrected: corrected.collect::<Result<_>>()?,
-            within_two,
-            refused,
-            inverted: steps.iter().filter(|steps| steps.is_empty()).count(),
-            estimates: quantiles(0),
-            distances: quantiles(1),
             raw: Errors::of(&raw),
             sensitivity_errors: self.sensitivity_errors(test)?,
             times: self.times(test, theta, step_s)?,
@@ -154,7 +131,9 @@ impl Emulator<'_> {
             simulate_s: self.record.simulate_s,
             prepare_s: self.record.prepare_s,
             train_s: self.record.train_s,
-            predict_full_s: median_seconds(REPEATS, || self.predicted(&one, true))?,
+            predict_full_s: median_seconds(REPEATS, || {
+                self.predictor.predict_in_full(self.body, &one)
+            })?,
             predict_decoder_s: median_seconds(REPEATS, || self.predict(&one))?,
             predict_batch_per_theta_s: median_seconds(3, || self.predict(&many))? / BATCH as f64,
             correction_s,

@@ -1,7 +1,7 @@
 //! Regressions of simulations, of what a Taylor expansion leaves of them, and the expansion alone; a frozen stiffness.
 
-use crate::predict::Predictor;
-use crate::predict::taylor::{self, TaylorExpansion};
+use crate::coordinates::Motions;
+use crate::predict::{Predictor, taylor};
 use crate::store::record::Record;
 use crate::store::{read_json, write_json};
 use crate::{Body, Emulator, Error, PodRegression, Result};
@@ -18,7 +18,7 @@ pub(crate) const KIND: &str = "regression";
 #[derive(Clone, Debug)]
 pub(crate) struct Regressed {
     /// Expansion whose remainder the regression predicts; `None` if it predicts the displacement.
-    pub taylor: Option<TaylorExpansion>,
+    pub taylor: Option<Motions>,
     /// `None` where only the Taylor expansion was asked for.
     pub regression: Option<PodRegression>,
 }
@@ -31,7 +31,7 @@ impl Regressed {
             None => vec![0.0; 3 * body.nodes],
         };
         if let Some(taylor) = &self.taylor {
-            let expanded = taylor.at(body, theta)?;
+            let expanded = taylor::at(taylor, body, theta)?;
             field.iter_mut().zip(expanded).for_each(|(u, expanded)| *u += expanded);
         }
         Ok(field)
@@ -41,7 +41,7 @@ impl Regressed {
     /// returns that error: root mean square norm, relative to that of the fields.
     pub(crate) fn fit(
         body: &Body,
-        taylor: Option<&TaylorExpansion>,
+        taylor: Option<&Motions>,
         thetas: &[Vec<f64>],
         fields: &[Vec<f64>],
     ) -> Result<(Self, f64)> {
@@ -50,7 +50,7 @@ impl Regressed {
         let plain = (Self { taylor: None, regression: Some(plain) }, error);
         let Some(taylor) = taylor else { return Ok(plain) };
         let left = |(theta, field): (&Vec<f64>, &Vec<f64>)| {
-            Ok(difference(field, &taylor.at(body, theta)?))
+            Ok(difference(field, &taylor::at(taylor, body, theta)?))
         };
         let left: Vec<Vec<f64>> = thetas.iter().zip(fields).map(left).collect::<Result<_>>()?;
         let regression = PodRegression::fit(&body.parameters, thetas, &left)?;
@@ -62,11 +62,9 @@ impl Regressed {
         Ok((Self { taylor: Some(taylor.clone()), regression: Some(regression) }, error))
     }
 
-    /// Description in words.
+    /// Description of the regression in words.
     pub(crate) fn detail(&self) -> String {
-        let Some(regression) = &self.regression else {
-            return taylor::about(self.taylor.as_ref().map_or(1, TaylorExpansion::anchors));
-        };
+        let Some(regression) = &self.regression else { return String::new() };
         let of = ", of what second order about one solution leaves";
         let of = if self.taylor.is_some() { of } else { "" };
         format!("{} modes, {}{of}", regression.modes(), regression.interpolation())
@@ -74,7 +72,7 @@ impl Regressed {
 
     /// Reads a folder that [`Predictor::save`] wrote.
     pub(crate) fn load(folder: &Path, body: &Body) -> Result<Self> {
-        let taylor = read_json::<TaylorExpansion>(&folder.join(FILE))?;
+        let taylor = read_json::<Motions>(&folder.join(FILE))?;
         let regression = match PodRegression::load(folder, &body.parameters) {
             Err(Error::NoEmulator { .. }) if taylor.is_some() => None,
             found => Some(found?),

@@ -21,10 +21,10 @@ pub(crate) use design::{Groups, doubts, levels, partitions};
 pub use interpolation::Interpolation;
 pub(crate) use process::{Conditional, Step, folds, steps};
 
-use crate::error::ensure;
+use crate::error::{ensure, require_usable};
 use crate::sample::share_of;
 use crate::store::{content, read_json, read_table, write_json, write_table};
-use crate::{Error, RegressionError};
+use crate::{Error, Result};
 use interpolation::{Fitted, fit_polynomial};
 use nalgebra::{DMatrix, DVector, RowDVector, SymmetricEigen};
 use process::{fit_evidence, fit_process, left_out};
@@ -46,8 +46,6 @@ const DECOMPOSITION: (f64, usize) = (5.0 * f64::EPSILON, 10_000);
 type Samples<'a> = (&'a [Parameter], &'a [Vec<f64>], &'a [Vec<f64>]);
 /// Errors of samples left out, with the deviations of the process there.
 type Errors = Vec<(f64, f64)>;
-/// A result whose error is that of a regression.
-type Result<T, E = RegressionError> = std::result::Result<T, E>;
 
 /// Proper orthogonal decomposition of few finite-element solutions, and interpolation between them.
 ///
@@ -61,7 +59,7 @@ type Result<T, E = RegressionError> = std::result::Result<T, E>;
 /// let regression = PodRegression::fit(&[stiffness], &thetas, &fields)?;
 /// let field = regression.predict(&[2.6])?;
 /// assert!((field[0] - 5.0 / 2.6).abs() < 1e-4 && (field[1] - 2.6f64.ln()).abs() < 1e-4);
-/// # Ok::<(), sinew_emulate::RegressionError>(())
+/// # Ok::<(), sinew_emulate::Error>(())
 /// ```
 #[doc(alias("ROM", "reduced-order model", "POD", "proper orthogonal decomposition"))]
 #[derive(Clone, Debug, PartialEq)]
@@ -135,7 +133,7 @@ impl PodRegression {
             let norm = || left.norm().hypot(lost[sample]);
             (if is_number { signed() } else { norm() }, deviation)
         };
-        let errors = errors.ok_or(RegressionError::TooFewSamples { found: samples.2.len() })?;
+        let errors = errors.ok_or_else(|| too_few(samples.2.len()))?;
         let errors = errors.into_iter().map(|left| left.into_iter().map(error).collect());
         let errors = errors.collect();
         Ok((regression, errors))
@@ -177,7 +175,7 @@ impl PodRegression {
     ) -> Result<Self> {
         check_samples(samples)?;
         let (parameters, thetas, fields) = samples;
-        let snapshots = DMatrix::from_fn(fields[0].len(), fields.len(), |i, j| fields[j][i]);
+        let snapshots = snapshots(fields);
         let (mean, [modes, coefficients]) = decompose(&snapshots)?;
         let fitted = fit(&points(parameters, thetas), &coefficients);
         let leave_one_out = fitted.relative_error(snapshots.norm_squared());
@@ -191,14 +189,11 @@ impl PodRegression {
     /// As [`PodRegression::fit`].
     pub fn refitted(&self, thetas: &[Vec<f64>], fields: &[Vec<f64>]) -> Result<Self> {
         check_samples((&self.parameters, thetas, fields))?;
-        let mut centred = DMatrix::from_fn(fields[0].len(), fields.len(), |i, j| fields[j][i]);
-        let size = centred.norm_squared();
-        let (samples, length, largest) = (fields.len(), fields[0].len(), centred.amax());
-        centred.column_iter_mut().for_each(|mut column| column -= &self.mean);
-        let points = points(&self.parameters, thetas);
-        let fitted = self.fitted.refitted(&points, &centred.tr_mul(&self.modes));
-        let fitted = fitted.ok_or(RegressionError::Decomposition { samples, length, largest })?;
-        let leave_one_out = fitted.relative_error(size);
+        let snapshots = snapshots(fields);
+        let coefficients = centred(&snapshots, &self.mean).tr_mul(&self.modes);
+        let fitted = self.fitted.refitted(&points(&self.parameters, thetas), &coefficients);
+        let fitted = fitted.ok_or_else(|| undecomposed(&snapshots))?;
+        let leave_one_out = fitted.relative_error(snapshots.norm_squared());
         Ok(Self { fitted, leave_one_out, ..self.clone() })
     }
 
@@ -248,29 +243,62 @@ fn input(share: f64) -> f64 {
 
 pub(crate) fn check_samples((parameters, thetas, fields): Samples<'_>) -> Result<()> {
     let (found, count) = (thetas.len(), fields.len());
-    ensure(found == count, RegressionError::SampleCount { thetas: found, fields: count })?;
-    ensure(found >= 2, RegressionError::TooFewSamples { found })?;
+    require_usable(found == count, || {
+        format!("{found} parameter vectors but {count} fields: give one field per vector")
+    })?;
+    ensure(found >= 2, too_few(found))?;
     for (sample, (theta, field)) in thetas.iter().zip(fields).enumerate() {
         check_theta(sample, parameters, theta)?;
-        let (what, expected, found) = ("field values", fields[0].len().max(1), field.len());
-        ensure(found == expected, RegressionError::Length { what, sample, expected, found })?;
-        if let Some(index) = field.iter().position(|value| !value.is_finite()) {
-            return Err(RegressionError::Field { sample, index, value: field[index] });
+        check_length(sample, "field values", field.len(), fields[0].len().max(1))?;
+        for (index, value) in field.iter().enumerate() {
+            require_usable(value.is_finite(), || {
+                format!("value {index} of field {sample} is {value}: leave failed solves out")
+            })?;
         }
     }
     Ok(())
 }
 
+fn too_few(found: usize) -> Error {
+    Error::Refused(format!(
+        "{found} simulations were given, at least 2 are needed, 25 is a good number"
+    ))
+}
+
 fn check_theta(sample: usize, parameters: &[Parameter], theta: &[f64]) -> Result<()> {
-    let (what, expected, found) = ("parameters", parameters.len(), theta.len());
-    ensure(found == expected, RegressionError::Length { what, sample, expected, found })?;
-    let mut pairs = parameters.iter().zip(theta);
-    match pairs.find(|(p, value)| !share_of(p, **value).is_finite()) {
-        None => Ok(()),
-        Some((p, &value)) => {
-            Err(RegressionError::Parameter { sample, parameter: p.name.clone(), value })
-        }
-    }
+    check_length(sample, "parameters", theta.len(), parameters.len())?;
+    parameters.iter().zip(theta).try_for_each(|(parameter, value)| {
+        require_usable(share_of(parameter, *value).is_finite(), || {
+            let name = &parameter.name;
+            format!(
+                "parameter {name} of sample {sample} is {value}: it must be finite, and positive where it is sampled by its logarithm"
+            )
+        })
+    })
+}
+
+fn check_length(sample: usize, what: &str, found: usize, expected: usize) -> Result<()> {
+    require_usable(found == expected, || {
+        format!("sample {sample}: {expected} {what} expected, {found} found")
+    })
+}
+
+/// Fields in columns.
+fn snapshots(fields: &[Vec<f64>]) -> DMatrix<f64> {
+    DMatrix::from_fn(fields[0].len(), fields.len(), |i, j| fields[j][i])
+}
+
+fn centred(snapshots: &DMatrix<f64>, mean: &DVector<f64>) -> DMatrix<f64> {
+    let mut centred = snapshots.clone();
+    centred.column_iter_mut().for_each(|mut column| column -= mean);
+    centred
+}
+
+fn undecomposed(snapshots: &DMatrix<f64>) -> Error {
+    let ((length, samples), largest) = (snapshots.shape(), snapshots.amax());
+    Error::Refused(format!(
+        "no singular values of {samples} fields of {length} values, the largest being {largest:e}: choose units in which the values are of order one"
+    ))
 }
 
 /// Left singular vectors and singular values, by eigenvectors of the smaller Gram matrix: nalgebra's singular vectors are wrong where
@@ -292,15 +320,9 @@ pub(crate) fn principal(matrix: &DMatrix<f64>) -> Option<(DMatrix<f64>, DVector<
 /// Mean of fields, orthonormal modes in columns, and coefficients of the modes, a row per sample: `field = mean + modes · coefficientsᵀ`.
 fn decompose(snapshots: &DMatrix<f64>) -> Result<(DVector<f64>, [DMatrix<f64>; 2])> {
     let mean = snapshots.column_mean();
-    let mut centred = snapshots.clone();
-    centred.column_iter_mut().for_each(|mut column| column -= &mean);
-    let failed = || RegressionError::Decomposition {
-        samples: snapshots.ncols(),
-        length: snapshots.nrows(),
-        largest: snapshots.amax(),
-    };
-    ensure(centred.norm_squared().is_finite(), failed())?;
-    let (vectors, deviations) = principal(&centred).ok_or_else(failed)?;
+    let centred = centred(snapshots, &mean);
+    let found = if centred.norm_squared().is_finite() { principal(&centred) } else { None };
+    let (vectors, deviations) = found.ok_or_else(|| undecomposed(snapshots))?;
     let energies: Vec<f64> = deviations.iter().map(|s| s * s).collect();
     let allowed = DROPPED_ENERGY * energies.iter().sum::<f64>();
     let (mut dropped, mut kept) = (0.0, energies.len());
@@ -327,7 +349,7 @@ impl PodRegression {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn save(&self, folder: &Path) -> Result<(), Error> {
+    pub fn save(&self, folder: &Path) -> Result<()> {
         let mean = std::iter::once(self.mean.as_slice().to_vec());
         let modes = self.modes.column_iter().map(|mode| mode.as_slice().to_vec());
         write_table(&folder.join("modes.npy"), &mean.chain(modes).collect::<Vec<_>>())?;
@@ -339,7 +361,7 @@ impl PodRegression {
     ///
     /// # Errors
     /// A file that is missing or damaged.
-    pub fn load(folder: &Path, parameters: &[Parameter]) -> Result<Self, Error> {
+    pub fn load(folder: &Path, parameters: &[Parameter]) -> Result<Self> {
         let (file, table) = (folder.join("regression.json"), folder.join("modes.npy"));
         let Description { fitted: [fitted], leave_one_out } =
             read_json(&file)?.ok_or_else(|| Error::NoEmulator { folder: folder.into() })?;

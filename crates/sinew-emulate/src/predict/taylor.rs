@@ -5,18 +5,9 @@ use crate::parameters::{self, in_words};
 use crate::recipe::progress::{Counter, Observer};
 use crate::{Body, Design, Error, Result};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use sinew_energy::Barriers;
 use sinew_fem::{Options, SolveError, Solver};
-use sinew_num::dot;
-
-/// Displacements by the Taylor expansion of second order about one solution: derivatives by the implicit function theorem, second order
-/// with the stiffness of that solution, both in rigid motions of the body's clusters, so that rotations do not stretch. It may go through further solutions
-/// (anchors), with their derivatives.
-#[doc(alias = "series")]
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct TaylorExpansion(Motions);
+use sinew_num::{difference, dot};
 
 /// Short name of the recipe, and what it makes.
 pub(crate) const KEY: &str = "taylor";
@@ -28,40 +19,32 @@ pub(crate) fn about(anchors: usize) -> String {
 /// Parameter sets that parts of the orders are tried at.
 const TRIED: usize = 16;
 
-impl TaylorExpansion {
-    /// Solves once, at the centre of the parameters' ranges, and for each further anchor.
-    pub(crate) fn of(
-        body: &Body,
-        anchors: usize,
-        seed: u64,
-        observer: &mut dyn Observer,
-    ) -> Result<Self> {
-        let mut solver = Solver::new(body)?;
-        let solved = solver.solve(&body.centre(), &Options::default())?;
-        let Self(motions) = Self::about_solved(&mut solver, &solved.displacement, seed)?;
-        Ok(Self(with_anchors(&mut solver, motions, anchors, seed, observer)?))
-    }
+/// Taylor expansion of second order about the solution at the centre of the parameters' ranges: derivatives by the implicit function
+/// theorem, second order with the stiffness of that solution, both in rigid motions of the body's clusters, so that rotations do not
+/// stretch. It may go through further solutions (anchors), with their derivatives.
+pub(crate) fn solved(
+    body: &Body,
+    anchors: usize,
+    seed: u64,
+    observer: &mut dyn Observer,
+) -> Result<Motions> {
+    let mut solver = Solver::new(body)?;
+    let centre = solver.solve(&body.centre(), &Options::default())?;
+    let motions = about_solved(&mut solver, &centre.displacement, seed)?;
+    with_anchors(&mut solver, motions, anchors, seed, observer)
+}
 
-    /// Expansion about the solution at the centre of the parameters' ranges.
-    pub(crate) fn about_solved(solver: &mut Solver<'_>, solved: &[f64], seed: u64) -> Result<Self> {
-        let body = solver.body();
-        let tried = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
-        let motions = Motions::about(solved, &halves(&body.positions), body, &body.centre())?;
-        Ok(Self(expand(solver, motions, &tried)?.0))
-    }
+/// Taylor expansion about a known solution at the centre of the parameters' ranges.
+pub(crate) fn about_solved(solver: &mut Solver<'_>, solved: &[f64], seed: u64) -> Result<Motions> {
+    let body = solver.body();
+    let tried = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
+    let motions = Motions::about(solved, &halves(&body.positions), body, &body.centre())?;
+    Ok(expand(solver, motions, &tried)?.0)
+}
 
-    /// Solutions that it goes through.
-    pub(crate) fn anchors(&self) -> usize {
-        self.0.anchors().map_or(1, |anchors| anchors.count())
-    }
-
-    /// Displacement at θ, node by node \[length\].
-    ///
-    /// # Errors
-    /// θ of the wrong length, or not positive where samples are uniform in the logarithm.
-    pub fn at(&self, body: &Body, theta: &[f64]) -> Result<Vec<f64>> {
-        Ok(self.0.expansion_at(&parameters::scaling(body)?.standardise(theta)?, body)?)
-    }
+/// Displacement of an expansion at θ, node by node \[length\].
+pub(crate) fn at(motions: &Motions, body: &Body, theta: &[f64]) -> Result<Vec<f64>> {
+    Ok(motions.expansion_at(&parameters::scaling(body)?.standardise(theta)?, body)?)
 }
 
 /// Motions with their Taylor polynomial in the parameters; a network learns the remainder. The derivatives of the solution
@@ -87,15 +70,16 @@ pub fn expand(
     let first = motions.clone().with_expansion(&changes, body)?;
     for deviation in DEVIATIONS {
         let from = |away: &[f64]| Ok(first.expansion_at(away, body)?);
-        if let Some(products) = second_order(solver, &vec![0.0; centre.len()], &from, deviation)? {
-            changes.extend(products);
-            let both = motions.clone().with_expansion(&changes, body)?;
-            let count = body.parameters.len();
-            // A body that no load moves has no amplitude.
-            let with_amplitude = motions.with_amplitude(&changes, count, body).ok();
-            let forms = std::iter::once(both).chain(with_amplitude);
-            return Ok((damped(forms, body, thetas)?, first));
-        }
+        let products = match second_order(solver, &vec![0.0; centre.len()], &from, deviation) {
+            Err(Error::Solve(SolveError::Inadmissible { .. })) => continue,
+            found => found?,
+        };
+        changes.extend(products);
+        let both = motions.clone().with_expansion(&changes, body)?;
+        // A body that no load moves has no amplitude.
+        let with_amplitude = motions.with_amplitude(&changes, centre.len(), body).ok();
+        let forms = std::iter::once(both).chain(with_amplitude);
+        return Ok((damped(forms, body, thetas)?, first));
     }
     Ok((damped([first.clone()], body, thetas)?, first))
 }
@@ -148,18 +132,21 @@ fn damped(
 }
 
 /// Changes of the displacement with the products of two standardised parameters, from states of first order, `from`, so far from a state
-/// `at` whose stiffness was factorised last; `None` where one of them inverts a cell.
+/// `at` whose stiffness was factorised last.
+///
+/// # Errors
+/// [`SolveError::Inadmissible`] where one of these states inverts a cell.
 fn second_order(
     solver: &mut Solver<'_>,
     at: &[f64],
     from: &dyn Fn(&[f64]) -> Result<Vec<f64>>,
     deviation: f64,
-) -> Result<Option<Vec<Vec<f64>>>> {
+) -> Result<Vec<Vec<f64>>> {
     let body = solver.body();
     let (count, scaling) = (body.parameters.len(), parameters::scaling(body)?);
     let factor = 0.5 / deviation.powi(2);
     // Mean Newton step at both ends of a direction: odd orders cancel.
-    let mut missing = |axes: &[usize]| -> Result<Option<Vec<f64>>> {
+    let mut missing = |axes: &[usize]| -> Result<Vec<f64>> {
         let mut sum = vec![0.0; 3 * body.nodes];
         for sign in [deviation, -deviation] {
             let away: Vec<f64> =
@@ -167,29 +154,24 @@ fn second_order(
             let from = from(&away)?;
             let moved: Vec<f64> = at.iter().zip(&away).map(|(x, away)| x + away).collect();
             let theta = scaling.unstandardise(&moved)?;
-            let to = match solver.simplified_step(&from, &theta) {
-                Err(SolveError::Inadmissible { .. }) => return Ok(None),
-                found => found?,
-            };
+            let to = solver.simplified_step(&from, &theta)?;
             for (sum, (to, from)) in sum.iter_mut().zip(to.iter().zip(&from)) {
                 *sum += factor * (to - from);
             }
         }
-        Ok(Some(sum))
+        Ok(sum)
     };
     // The origin need not be in equilibrium itself.
-    let Some(at_origin) = missing(&[])? else { return Ok(None) };
+    let at_origin = missing(&[])?;
     let mut squares = Vec::with_capacity(count);
     for p in 0..count {
-        let Some(mut square) = missing(&[p])? else { return Ok(None) };
-        square.iter_mut().zip(&at_origin).for_each(|(square, at_origin)| *square -= at_origin);
-        squares.push(square);
+        squares.push(difference(&missing(&[p])?, &at_origin));
     }
     let mut products = Vec::with_capacity(count * (count + 1) / 2);
     for p in 0..count {
         products.push(squares[p].clone());
         for q in p + 1..count {
-            let Some(mut both) = missing(&[p, q])? else { return Ok(None) };
+            let mut both = missing(&[p, q])?;
             let alone = squares[p].iter().zip(&squares[q]).zip(&at_origin);
             both.iter_mut().zip(alone).for_each(|(both, ((p, q), at_origin))| {
                 *both -= p + q + at_origin;
@@ -197,7 +179,7 @@ fn second_order(
             products.push(both);
         }
     }
-    Ok(Some(products))
+    Ok(products)
 }
 
 /// A displacement that inverts a cell is halved until it does not.
@@ -314,9 +296,13 @@ fn anchor(solver: &mut Solver<'_>, theta: &[f64], state: &[f64], number: usize) 
         }
         Ok(moved)
     };
-    let second = second_order(solver, &at, &from, STEP)?;
-    let reason = "a step of its derivatives inverts a cell";
-    let second = second.ok_or_else(|| lacking(solver.body(), number, theta, reason.into()))?;
+    let second = second_order(solver, &at, &from, STEP).map_err(|error| match error {
+        Error::Solve(SolveError::Inadmissible { .. }) => {
+            let reason = "a step of its derivatives inverts a cell".into();
+            lacking(solver.body(), number, theta, reason)
+        }
+        other => other,
+    })?;
     let changes = std::iter::once(state.to_vec()).chain(first.iter().cloned()).chain(second);
     Ok(Anchor { at, changes: changes.collect() })
 }

@@ -5,12 +5,12 @@ use crate::error::require;
 use crate::estimate::evaluate::{TestSet, root_mean_square, timed};
 use crate::predict::Predictor;
 use crate::predict::regressed::Regressed;
-use crate::predict::taylor::{self, TaylorExpansion};
+use crate::predict::taylor;
 use crate::recipe::Train;
 use crate::recipe::session::{Session, Stream};
 use crate::sample::simulate::{Simulations, read_simulations};
 use crate::store::record::{Candidate, Record};
-use crate::{Budget, Design, RegressionError, Result, TrainingOptions, Warning};
+use crate::{Budget, Design, Result, TrainingOptions, Warning};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::time::Instant;
@@ -86,7 +86,7 @@ impl Regression {
     ) -> Result<(Box<dyn Predictor>, f64)> {
         // None for a body that has no solution at the centre of its parameters' ranges.
         let taylor = timed(&mut record.prepare_s, || {
-            TaylorExpansion::of(session.body, 1, session.options.seed, &mut ()).ok()
+            taylor::solved(session.body, 1, session.options.seed, &mut ()).ok()
         });
         let (body, mut best) = (session.body, None::<(Regressed, f64)>);
         // Fits, notes it in the record, and takes it if it is the best; its error.
@@ -147,7 +147,7 @@ impl Regression {
             }
         }
         session.simulations = record.taken().map_or(0, |taken| taken.simulations);
-        let (fit, error) = best.ok_or(RegressionError::TooFewSamples { found: 0 })?;
+        let (fit, error) = best.expect("a fit was made");
         Ok((Box::new(fit), error))
     }
 }
@@ -181,7 +181,7 @@ impl Train for Taylor {
     ) -> Result<Box<dyn Predictor>> {
         let TrainingOptions { anchors, seed, .. } = *session.options;
         let taylor = timed(&mut record.prepare_s, || {
-            TaylorExpansion::of(session.body, anchors, seed, session.observer)
+            taylor::solved(session.body, anchors, seed, session.observer)
         })?;
         session.simulations = anchors;
         Ok(Box::new(Regressed { taylor: Some(taylor), regression: None }))

@@ -82,7 +82,10 @@ impl<'a> Counter<'a> {
     }
 
     /// Requires that the observer has not broken.
-    pub(crate) fn check(&self) -> Result<()> {
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`].
+    pub fn check(&self) -> Result<()> {
         ensure(!self.broken, Error::Interrupted { stage: self.stage.into() })
     }
 
@@ -103,13 +106,8 @@ impl<'a> Counter<'a> {
         if self.broken { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    /// Says that a part of the stage is done.
-    pub fn finished(&mut self, part: &str, outcome: &str) {
-        self.observer.finished(part, outcome, self.start.elapsed().as_secs_f64());
-    }
-
     /// Says what the stage gave.
-    pub fn finish(mut self, outcome: &str) {
-        self.finished(self.stage, outcome);
+    pub fn finish(self, outcome: &str) {
+        self.observer.finished(self.stage, outcome, self.start.elapsed().as_secs_f64());
     }
 }

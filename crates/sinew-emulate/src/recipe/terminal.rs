@@ -14,9 +14,8 @@ use std::time::{Duration, Instant};
 pub struct Terminal {
     /// Request to end the run at its next sign of progress.
     pub stop: Arc<AtomicBool>,
-    bar: Option<(String, ProgressBar)>,
-    /// The stage, and when it began or last printed a line.
-    last: Option<(String, Instant)>,
+    /// The stage under way, when it began or last printed a line, and its bar.
+    stage: Option<(String, Instant, Option<ProgressBar>)>,
 }
 
 /// Time between two lines of one stage where there is no terminal.
@@ -30,32 +29,19 @@ fn tell(line: &str) {
 /// Parts of a stage that the bar tells apart.
 const LENGTH: u64 = 1000;
 
+/// A bar, if standard error is a terminal.
+fn bar(stage: &str) -> Option<ProgressBar> {
+    let style = ProgressStyle::with_template("{prefix:<28} {bar:28} {percent:>3} %  {msg}")
+        .expect("the template is a constant");
+    let bar = || ProgressBar::new(LENGTH).with_prefix(stage.to_string());
+    let shown = std::io::stderr().is_terminal();
+    shown.then(|| bar().with_style(style.progress_chars("━╸ ")))
+}
+
 impl Terminal {
-    fn bar(&mut self, stage: &str) -> &ProgressBar {
-        if self.bar.as_ref().is_none_or(|(current, _)| current != stage) {
-            let bar = ProgressBar::new(LENGTH);
-            let style = ProgressStyle::with_template("{prefix:<28} {bar:28} {percent:>3} %  {msg}")
-                .expect("the template is a constant");
-            bar.set_style(style.progress_chars("━╸ "));
-            bar.set_prefix(stage.to_string());
-            self.clear();
-            self.bar = Some((stage.to_string(), bar));
-        }
-        &self.bar.as_ref().expect("a bar was just made").1
-    }
-
-    /// Whether the stage prints a line now: after a pause since it began or last did.
-    fn is_due(&mut self, stage: &str) -> bool {
-        let last = self.last.as_ref().filter(|(current, _)| current == stage);
-        let due = last.is_some_and(|(_, last)| last.elapsed() >= PAUSE);
-        if due || last.is_none() {
-            self.last = Some((stage.to_string(), Instant::now()));
-        }
-        due
-    }
-
+    /// Ends the stage under way, if there is one, and removes its bar.
     fn clear(&mut self) {
-        if let Some((_, bar)) = self.bar.take() {
+        if let Some((.., Some(bar))) = self.stage.take() {
             bar.finish_and_clear();
         }
     }
@@ -64,14 +50,19 @@ impl Terminal {
 impl Observer for Terminal {
     fn progress(&mut self, progress: &Progress<'_>) -> ControlFlow<()> {
         let Progress { stage, fraction, seconds_left, message } = *progress;
+        if self.stage.as_ref().is_none_or(|(current, ..)| current != stage) {
+            self.clear();
+        }
+        let begun = || (stage.to_string(), Instant::now(), bar(stage));
+        let (_, told, bar) = self.stage.get_or_insert_with(begun);
         let is_known = seconds_left.is_finite();
         let left =
             if is_known { format!("{} left  ", duration(seconds_left)) } else { String::new() };
-        if std::io::stderr().is_terminal() {
-            let bar = self.bar(stage);
+        if let Some(bar) = bar {
             bar.set_position((fraction * LENGTH as f64) as u64);
             bar.set_message(format!("{left}{message}"));
-        } else if self.is_due(stage) {
+        } else if told.elapsed() >= PAUSE {
+            *told = Instant::now();
             let percent = format!("{:.0} %", 100.0 * fraction);
             tell(format!("{stage:<28} {percent:>5}  {left}{message}").trim_end());
         }
@@ -84,13 +75,15 @@ impl Observer for Terminal {
 
     fn finished(&mut self, stage: &str, outcome: &str, seconds: f64) {
         self.clear();
-        self.last = None;
         tell(&format!("{stage:<28} {outcome} in {}", duration(seconds)));
     }
 
     fn warning(&mut self, warning: &Warning) {
         let tell = || tell(&format!("warning: {warning}"));
-        self.bar.as_ref().map_or_else(tell, |(_, bar)| bar.suspend(tell));
+        match &self.stage {
+            Some((.., Some(bar))) => bar.suspend(tell),
+            _ => tell(),
+        }
     }
 }
 

@@ -322,7 +322,7 @@ impl Found<'_> {
         let Ok(mut regression) = fitted else { return Ok(()) };
         while thetas.len() < MOST_LEARNED {
             let next = self.spread(thetas.len().min(MOST_LEARNED - thetas.len()));
-            let predict = |theta: &Vec<f64>| Ok(regression.predict(theta)?);
+            let predict = |theta: &Vec<f64>| regression.predict(theta);
             let guess = Guess { method: Method::Regression, predict: &predict, ..guess };
             self.confirm(&next, &guess, counter)?;
             let more = self.samples(&next, &guess);
@@ -331,7 +331,7 @@ impl Found<'_> {
             let Ok(grown) = regression.refitted(&thetas, &fields) else { break };
             regression = grown;
         }
-        let predict = |theta: &Vec<f64>| Ok(regression.predict(theta)?);
+        let predict = |theta: &Vec<f64>| regression.predict(theta);
         let accuracy = self.accuracy;
         let guess = Guess { method: Method::Regression, predict: &predict, accuracy, ..guess };
         self.confirm(&self.open(), &guess, counter)

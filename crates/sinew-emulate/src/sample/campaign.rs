@@ -235,48 +235,47 @@ impl Shard {
     /// # Errors
     /// Another text, no task of an array, a task outside of its array, or an array whose tasks have gaps, in words.
     pub fn named(text: &str, variable: impl Fn(&str) -> Option<String>) -> Result<Self, String> {
-        let Some(range) = text.strip_prefix("auto") else { return text.parse() };
+        let range = match text.strip_prefix("auto").map(|rest| (rest, rest.strip_prefix(':'))) {
+            Some(("", _)) => None,
+            Some((_, Some(range))) => Some(range),
+            _ => return text.parse(),
+        };
         let number =
             |name: &str| variable(name).and_then(|value| value.trim().parse::<usize>().ok());
         let found = SCHEDULERS.iter().find_map(|own| Some((own, number(own.task)?)));
-        let Some((scheduler, task)) = found else {
+        let Some((Scheduler { name, array, count, .. }, task)) = found else {
             let names = SCHEDULERS.map(|scheduler| scheduler.task).join(", ");
             return Err(format!(
                 "this process is not a task of a job array: none of {names} is a number; submit an array, or give INDEX/COUNT such as 3/16"
             ));
         };
-        let [first, last, step] = match (range.strip_prefix(':'), scheduler.array) {
-            (Some(range), _) => given(text, range)?,
-            (None, Some(names)) if range.is_empty() => {
-                let [first, last, step] = names.map(number);
-                let array = first.zip(last).map(|(first, last)| [first, last, step.unwrap_or(1)]);
-                array.ok_or_else(|| untold(scheduler, task))?
-            }
-            (None, None) if range.is_empty() => return Err(untold(scheduler, task)),
-            _ => return text.parse(),
+        let told = || {
+            let [first, last, step] = array.as_ref()?.map(number);
+            Some([first?, last?, step.unwrap_or(1)])
+        };
+        let untold = || {
+            format!(
+                "{name} tells task {task} not how many there are; say it, such as auto:1-16 or auto:0-15"
+            )
+        };
+        let [first, last, step] = match range {
+            Some(range) => given(text, range)?,
+            None => told().ok_or_else(untold)?,
         };
         let outside =
             || format!("task {task} is not one of an array {first}-{last} by steps of {step}");
         if step == 0 || last < first || task < first || (task - first) % step != 0 {
             return Err(outside());
         }
-        let count = (last - first) / step + 1;
-        let told = scheduler.count.filter(|_| range.is_empty()).and_then(number);
-        if (range.is_empty() && first > 1) || told.is_some_and(|told| told != count) {
+        let tasks = (last - first) / step + 1;
+        let told = count.and_then(number);
+        if range.is_none() && (first > 1 || told.is_some_and(|told| told != tasks)) {
             return Err(format!(
-                "{} tells of a part of an array only: {first} to {last}; say which tasks the whole has, such as auto:1-16",
-                scheduler.name
+                "{name} tells of a part of an array only: {first} to {last}; say which tasks the whole has, such as auto:1-16"
             ));
         }
-        Self::new((task - first) / step + 1, count).ok_or_else(outside)
+        Self::new((task - first) / step + 1, tasks).ok_or_else(outside)
     }
-}
-
-fn untold(scheduler: &Scheduler, task: usize) -> String {
-    format!(
-        "{} tells task {task} not how many there are; say it, such as auto:1-16 or auto:0-15",
-        scheduler.name
-    )
 }
 
 /// First and last task as the command line gives them.

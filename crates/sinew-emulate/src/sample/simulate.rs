@@ -63,13 +63,11 @@ struct Log {
     /// Samples that were tried.
     tried: usize,
     failures: Vec<Failure>,
-    #[serde(default)]
     branched: Vec<Vec<f64>>,
     seconds: f64,
     solve_seconds: Vec<f64>,
     /// CRC-32 of this log without checksums, of the parameters and of the fields. Only the rows that the log counts enter:
     /// a killed run may have written more.
-    #[serde(default)]
     checksums: [u32; 3],
 }
 

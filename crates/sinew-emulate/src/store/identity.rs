@@ -12,16 +12,13 @@ pub(crate) struct Identity {
     cells: usize,
     unknowns: usize,
     /// Units of length and of stress.
-    #[serde(default)]
     units: [String; 2],
     pub(crate) parameters: Vec<Axis>,
-    #[serde(default)]
     known: Vec<(String, f64)>,
     /// Root mean square of the positions [length].
     size: f64,
     /// Checksum of the supports: sum over the prescribed degrees of freedom, each with its own weight, direction and
     /// displacement \[relative to the size\].
-    #[serde(default)]
     held: f64,
     /// Work of all forces and stresses along a probing displacement at the centre of the ranges.
     probe: f64,

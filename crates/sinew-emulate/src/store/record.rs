@@ -28,7 +28,6 @@ pub struct Record {
     #[serde(default)]
     pub virtual_nodes: Vec<usize>,
     /// Weights of the networks that were kept, where some were trained.
-    #[serde(default)]
     pub kept: Option<Kept>,
     /// Candidates and the reason for the one taken, where there was a choice.
     pub choice: Option<Choice>,
@@ -68,10 +67,8 @@ pub struct CurvePoint {
     pub energy_excess_pct: Option<f64>,
     /// Root mean square of `‖u − û‖ / ‖u‖` over the held-out cases, times one plus the share of inverted predictions. The
     /// weights with the lowest value are kept. `None` where it is not finite.
-    #[serde(default)]
     pub error: Option<f64>,
     /// Held-out predictions that invert a cell.
-    #[serde(default)]
     pub inverted: usize,
 }
 

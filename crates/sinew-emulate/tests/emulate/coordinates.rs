@@ -15,7 +15,8 @@ fn a_log_box_maps_to_unit_variance() {
     assert!((scaling.standardise(&[50.0]).unwrap()[0] + bound).abs() < 1e-12);
     assert!((scaling.standardise(&[100.0]).unwrap()[0] - bound).abs() < 1e-12);
     assert!(scaling.standardise(&[5000f64.sqrt()]).unwrap()[0].abs() < 1e-12);
-    assert!(scaling.contains(&[100.0]) && !scaling.contains(&[100.1]));
+    assert!(scaling.require_inside(0, &[100.0]).is_ok());
+    assert!(scaling.require_inside(0, &[100.1]).is_err());
     assert!((scaling.unstandardise(&[-bound]).unwrap()[0] - 50.0).abs() < 1e-9);
     assert!(scaling.unstandardise(&[]).is_err());
 }

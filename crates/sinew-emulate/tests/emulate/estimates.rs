@@ -3,7 +3,7 @@
 use serde_json::Value;
 use sinew_emulate::parts::{Session, root_mean_square};
 use sinew_emulate::{
-    Body, CaseErrors, Error, Errors, Evaluation, Predictor, Record, Stage, TestSet, Times, Train,
+    Body, Calibration, CaseErrors, Error, Errors, Evaluation, Predictor, Record, Stage, TestSet, Times, Train,
     TrainingOptions, Warning,
 };
 use sinew_energy::laws::NeoHookean;
@@ -63,15 +63,10 @@ fn seconds_are_those_of_the_cheapest_stage_that_is_accurate_enough() {
     ];
     let evaluation = Evaluation {
         recipe: "taylor".into(),
-        cases: 2,
         raw: Errors::of(&cases(&[5e-3, 5e-2])),
         corrected: Vec::new(),
         stages,
-        estimates: None,
-        distances: None,
-        within_two: 0.0,
-        refused: 2,
-        inverted: 0,
+        calibration: Calibration { cases: 2, refused: 2, inverted: 0, within_two: 0.0 },
         sensitivity_errors: Vec::new(),
         times,
     };

@@ -3,7 +3,7 @@
 use crate::Emulator;
 use rayon::prelude::*;
 use sinew_emulate::parts::norm;
-use sinew_emulate::{Counter, Error as EmulatorError, Observer, PodRegression, RegressionError};
+use sinew_emulate::{Counter, Error as EmulatorError, Observer, PodRegression};
 use sinew_report::{Model, Packed, PackedRows};
 
 /// Most bits of a mode's entry: those of a number of 32 bits.
@@ -28,7 +28,7 @@ impl Compact {
         rows: Option<&[usize]>,
         thetas: &[Vec<f64>],
         tolerance: f64,
-    ) -> Result<Self, RegressionError> {
+    ) -> Result<Self, EmulatorError> {
         let parts = regression.parts();
         let kept = |values: &[f64]| -> Vec<f64> {
             rows.map_or_else(|| values.to_vec(), |rows| rows.iter().map(|&r| values[r]).collect())
@@ -63,7 +63,7 @@ impl Compact {
     }
 
     /// Values at θ, as the page has them.
-    pub(super) fn at(&self, theta: &[f64]) -> Result<Vec<f64>, RegressionError> {
+    pub(super) fn at(&self, theta: &[f64]) -> Result<Vec<f64>, EmulatorError> {
         let coefficients = self.regression.coefficients(theta)?;
         let mut values: Vec<f64> = self.mean.iter().map(|&m| f64::from(m)).collect();
         for (place, mode) in &self.modes {
@@ -84,7 +84,7 @@ fn sizes(
     mean: &[f32],
     modes: &[Vec<f64>],
     thetas: &[Vec<f64>],
-) -> Result<(Vec<f64>, f64), RegressionError> {
+) -> Result<(Vec<f64>, f64), EmulatorError> {
     let (mut most, mut least) = (vec![0.0f64; modes.len()], f64::INFINITY);
     for theta in thetas {
         let coefficients = regression.coefficients(theta)?;
@@ -135,7 +135,7 @@ pub(super) fn relative(
     shown: &Compact,
     checked: &Sampled,
     values: impl Fn(&Vec<f64>) -> Vec<f64> + Sync,
-) -> Result<f64, RegressionError> {
+) -> Result<f64, EmulatorError> {
     let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>().sqrt();
     let pairs = checked.thetas.par_iter().zip(&checked.fields);
     let each: Vec<f64> = pairs
@@ -144,7 +144,7 @@ pub(super) fn relative(
             let apart = norm(&mut own.iter().zip(&truth).map(|(a, b)| a - b));
             Ok(apart / norm(&mut truth.iter().copied()).max(f64::MIN_POSITIVE))
         })
-        .collect::<Result<_, RegressionError>>()?;
+        .collect::<Result<_, EmulatorError>>()?;
     Ok(each.iter().sum::<f64>() / each.len().max(1) as f64)
 }
 
@@ -152,12 +152,9 @@ pub(super) fn relative(
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum ViewerError {
-    /// The emulator cannot be asked, or has no error that it was measured by.
+    /// The emulator cannot be asked, or its predictions, or what is shown of them, cannot be regressed.
     #[error(transparent)]
     Emulator(#[from] EmulatorError),
-    /// The predictions, or what is shown of them, cannot be regressed.
-    #[error(transparent)]
-    Regression(#[from] RegressionError),
     /// A body without a surface in three dimensions.
     #[error("the body has no surface to be shown; a page needs a mesh of tetrahedra or hexahedra")]
     NoSurface,

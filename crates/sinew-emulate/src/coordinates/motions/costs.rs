@@ -26,19 +26,15 @@ impl Costs<'_> {
 
     /// Gives every cluster of a tree its scale, layer by layer.
     pub(super) fn scale_clusters(&self, tree: &mut MotionTree, roots_per_layer: &[usize]) {
-        let mut ancestors = tree.node_parents.clone();
         let mut first = 0;
-        for &count in roots_per_layer {
-            let of_layer = self.of_clusters(&ancestors, first..first + count, &tree.centres);
+        for (ancestors, &count) in tree.ancestors().iter().zip(roots_per_layer) {
+            let of_layer = self.of_clusters(ancestors, first..first + count, &tree.centres);
             tree.cluster_scales.extend(of_layer.into_iter().map(|(cost, radius)| {
                 let mut scale = inverse_root(cost);
                 scale[3..].as_flattened_mut().iter_mut().for_each(|entry| *entry /= radius);
                 scale
             }));
             first += count;
-            for ancestor in &mut ancestors {
-                *ancestor = tree.cluster_parents[*ancestor].unwrap_or(*ancestor);
-            }
         }
     }
 
@@ -79,8 +75,9 @@ impl Costs<'_> {
     }
 }
 
-fn matrix(entries: &[[f64; 3]; 3]) -> SMatrix<f64, 3, 3> {
-    SMatrix::from_fn(|i, j| entries[i][j])
+/// A matrix by its rows.
+pub(crate) fn matrix<const N: usize>(rows: &[[f64; N]; N]) -> SMatrix<f64, N, N> {
+    SMatrix::from_fn(|i, j| rows[i][j])
 }
 
 /// `|A|^(−½)` on the directions that cost anything.
