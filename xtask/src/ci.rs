@@ -12,8 +12,8 @@ use std::time::Duration;
 const HEAD_START: Duration = Duration::from_secs(20);
 
 /// Format, dependency arrows, circles of imports, walks, words, READMEs, licences, tests, examples and benchmarks with lints, documentation and its examples,
-/// campaigns, tests of the Python package; then a table of the seconds of each step, which `ci.md` in the target folder keeps.
-/// Everything but the last is compiled in one profile, so that dependencies are compiled once.
+/// tests of the Python package, campaigns; then a table of the seconds of each step, which `ci.md` in the target folder keeps.
+/// Everything is compiled in one profile, so that dependencies are compiled once.
 /// The wheel, which is a release build of its own, is made by `cargo xtask wheel`.
 pub(crate) fn run() -> Result<()> {
     let mut steps = Steps::default();
@@ -52,9 +52,10 @@ fn all(steps: &mut Steps) -> Result<()> {
             cargo(&[&["build", "--workspace", "--profile", "test"], &what[..]].concat(), &linted)
         })?;
         // Tests leave a core idle at times.
-        steps.take("tests, beside documentation and its examples", || {
+        let what = "tests, beside documentation, its examples and tests of the Python package";
+        steps.take(what, || {
             std::thread::scope(|scope| {
-                let documented = scope.spawn(|| {
+                let beside = scope.spawn(|| {
                     // One cargo at a time uses a folder: the one that finds the tests built is to come first.
                     std::thread::sleep(HEAD_START);
                     cargo_aside(&["test", "--workspace", "--doc"], &linted)?;
@@ -63,15 +64,14 @@ fn all(steps: &mut Steps) -> Result<()> {
                         &["doc", "-p", "xtask", "--no-deps"],
                         &[("RUSTDOCFLAGS", "-D warnings")],
                     )?;
-                    cargo_aside(&wheel::LIBRARY, &linted)
+                    let python = python.join().expect("an installation ends with a result")?;
+                    python.map_or(Ok(()), |python| wheel::test_aside(&python, &linted))
                 });
                 let tested = test(&["--tests", "--no-fail-fast"]);
-                let documented = documented.join().expect("documentation ends with a result");
-                tested.and(documented)
+                let beside = beside.join().expect("documentation ends with a result");
+                tested.and(beside)
             })
         })?;
-        steps.take("campaigns", || campaigns(&linted))?;
-        let python = python.join().expect("an installation ends with a result")?;
-        steps.take("Python", || wheel::tested(python.as_deref(), &linted))
+        steps.take("campaigns", || campaigns(&linted))
     })
 }

@@ -47,39 +47,25 @@ fn deny() -> Result<()> {
 /// Whether an SPDX expression grants a licence of the list: one of several joined by OR, all of those joined by AND.
 fn allowed(expression: &str) -> bool {
     // Before SPDX expressions a slash was OR.
-    let expression = expression.replace('/', " OR ");
-    let expression = expression.trim();
-    if let Some(inner) = expression.strip_prefix('(').and_then(|rest| rest.strip_suffix(')'))
-        && !inner.contains(['(', ')'])
-    {
-        return allowed(inner);
+    let mut text = expression.replace('/', " OR ");
+    // From the innermost brackets outwards.
+    while let Some(close) = text.find(')') {
+        let Some(open) = text[..close].rfind('(') else { return false };
+        let granted = if without_brackets(&text[open + 1..close]) { "MIT" } else { "none" };
+        text.replace_range(open..=close, granted);
     }
-    let parts = |word: &str| split(expression, word);
-    match (parts(" AND "), parts(" OR ")) {
-        (all, _) if all.len() > 1 => all.iter().all(|part| allowed(part)),
-        (_, any) if any.len() > 1 => any.iter().any(|part| allowed(part)),
-        _ => is_listed(expression),
-    }
+    without_brackets(&text)
+}
+
+fn without_brackets(expression: &str) -> bool {
+    let all = |part: &str| part.split(" AND ").all(|licence| is_listed(licence.trim()));
+    expression.split(" OR ").any(all)
 }
 
 /// Whether a licence is on the list of [`RULES`].
 fn is_listed(licence: &str) -> bool {
     let list = RULES.split_once("allow = [").and_then(|(_, rest)| rest.split_once(']'));
     list.is_some_and(|(list, _)| list.split('"').skip(1).step_by(2).any(|found| found == licence))
-}
-
-/// Parts of an expression between a word outside of brackets.
-fn split<'a>(expression: &'a str, word: &str) -> Vec<&'a str> {
-    let (mut parts, mut depth, mut start) = (Vec::new(), 0, 0);
-    for (at, c) in expression.char_indices() {
-        depth += i32::from(c == '(') - i32::from(c == ')');
-        if depth == 0 && at >= start && expression[at..].starts_with(word) {
-            parts.push(&expression[start..at]);
-            start = at + word.len();
-        }
-    }
-    parts.push(&expression[start..]);
-    parts
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! The Python package: a wheel that maturin builds, and tests of a library that is compiled as the workspace's own tests are.
 
-use crate::command::{self, cargo};
+use crate::command::{self, cargo, cargo_aside, output};
 use anyhow::{Context, Result, bail, ensure};
 use cargo_metadata::MetadataCommand;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ const TESTERS: [&str; 9] =
 const SAMPLERS: [&str; 4] = ["tinyDA", "umbridge", "ray", "matplotlib<3.11"];
 
 /// Arguments by which cargo compiles the library and the program that the tests use; tests among the targets choose the features that tests have.
-pub(crate) const LIBRARY: [&str; 9] =
+const LIBRARY: [&str; 9] =
     ["build", "--workspace", "--profile", "test", "--lib", "--bin", "sinew", "--test", "sinew"];
 
 /// Builds the wheel into `target/wheel/dist` and runs the README's program on it in a clean environment.
@@ -43,7 +43,9 @@ pub(crate) fn run(features: Option<&str>) -> Result<()> {
 
 /// Runs the Python tests alone.
 pub(crate) fn test() -> Result<()> {
-    tested(testers()?.as_deref(), &[])
+    let Some(python) = testers()? else { return Ok(()) };
+    cargo(&LIBRARY, &[])?;
+    call(&mut tests(&python)?)
 }
 
 /// A Python with the packages that the tests use; where Python or its packages are missing it says that tests are skipped.
@@ -65,11 +67,17 @@ pub(crate) fn testers() -> Result<Option<PathBuf>> {
     Ok(Some(own))
 }
 
-/// Runs the Python tests on a library and a program in the profile of `cargo test`, of which little is left to compile after it.
-pub(crate) fn tested(python: Option<&Path>, variables: &[(&str, &str)]) -> Result<()> {
-    let Some(python) = python else { return Ok(()) };
+/// Runs the Python tests beside other work, on a library and a program in the profile of `cargo test`, of which little is left to compile after it.
+pub(crate) fn test_aside(python: &Path, variables: &[(&str, &str)]) -> Result<()> {
+    cargo_aside(&LIBRARY, variables)?;
+    let [said, _] = output(&mut tests(python)?, "pytest")?;
+    eprint!("{said}");
+    Ok(())
+}
+
+/// The tests of the package around the compiled library.
+fn tests(python: &Path) -> Result<Command> {
     let (root, folder, _) = place()?;
-    cargo(&LIBRARY, variables)?;
     let built = folder.parent().context("no target folder")?.join("debug");
     let package = root.join("crates/sinew-python");
     let whole = folder.join("package");
@@ -92,7 +100,8 @@ pub(crate) fn tested(python: Option<&Path>, variables: &[(&str, &str)]) -> Resul
     let mut pytest = Command::new(python);
     pytest.args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "--durations", "5"]);
     pytest.arg(package.join("tests")).env("PYTHONPATH", &whole).env("PYTHONDONTWRITEBYTECODE", "1");
-    call(pytest.env("SINEW_PROGRAM", program))
+    pytest.env("SINEW_PROGRAM", program);
+    Ok(pytest)
 }
 
 /// The workspace, the folder for what is made, and a Python if there is one.
