@@ -60,7 +60,7 @@ const REFINED: usize = 4;
 const UNSEEN: u64 = 40;
 const STEPS: [usize; 2] = [8, 32];
 
-/// Runs all of it and writes `coverage.md` and `coverage.json`; the folder.
+/// Runs all of it and writes `coverage.json` and `coverage.md`; the path of that.
 ///
 /// # Errors
 /// A body that cannot be made, files that cannot be written.
@@ -82,7 +82,7 @@ pub fn run(options: &Options) -> Result<PathBuf> {
         write(options, &outcomes)?;
     }
     print!("{}", table(&outcomes));
-    Ok(options.out.clone())
+    Ok(options.out.join("coverage.md"))
 }
 
 fn write(options: &Options, outcomes: &[Outcome]) -> Result<()> {
@@ -148,7 +148,7 @@ fn train<'b>(
     body: &'b Body,
 ) -> sinew_emulate::Result<Emulator<'b>> {
     let training = Training {
-        recipe: name,
+        recipe: Some(name),
         samples: Some(SIMULATIONS),
         target: Some(0.0),
         ..Training::default()

@@ -4,9 +4,16 @@ use anyhow::Result;
 use sinew_mesh::{Chamber, ChamberWall, Size, TriangleMesh, WallOptions, read_mesh};
 use std::path::{Path, PathBuf};
 
-/// File of a surface of a frame of the beat.
-pub(crate) fn file(folder: &Path, what: &str, frame: &str) -> PathBuf {
+/// Frames of the beat.
+pub(crate) const FRAMES: [&str; 7] = ["000", "004", "008", "012", "016", "020", "024"];
+
+fn file(folder: &Path, what: &str, frame: &str) -> PathBuf {
     folder.join(format!("patient1_{what}_{frame}.vtk"))
+}
+
+/// Whether a folder has the surfaces of a frame.
+pub(crate) fn has(folder: &Path, frame: &str) -> bool {
+    file(folder, "LV_ENDOCARDIAL", frame).exists()
 }
 
 /// Endocardium, epicardium and, where there is one, septum of a left ventricle.
@@ -17,9 +24,9 @@ pub(crate) struct Surfaces {
 }
 
 impl Surfaces {
-    /// Surfaces from their files by name.
-    pub(crate) fn read(file: impl Fn(&str) -> PathBuf) -> Result<Self> {
-        let read = |what: &str| read_mesh::<3>(file(what)).map(|read| read.0);
+    /// Surfaces of a frame from their files.
+    pub(crate) fn read(folder: &Path, frame: &str) -> Result<Self> {
+        let read = |what| read_mesh::<3>(file(folder, what, frame)).map(|read| read.0);
         let (endocardium, epicardium) = (read("LV_ENDOCARDIAL")?, read("EPICARDIAL")?);
         Ok(Self { endocardium, epicardium, septum: Some(read("RV_ENDOCARDIAL")?) })
     }

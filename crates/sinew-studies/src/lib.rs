@@ -15,7 +15,7 @@ pub mod measure;
 pub mod organs;
 pub mod populations;
 pub mod program;
-pub mod published;
+mod published;
 mod shapes;
 pub mod thesis;
 pub mod timing;

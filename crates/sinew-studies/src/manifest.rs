@@ -16,11 +16,7 @@ const NUMERIC: &[&str] = &[
 ];
 
 /// Manifest of the running program, with the versions in the lock file it was built with.
-pub fn of_this_run(
-    seed: u64,
-    threads: usize,
-    config: &impl serde::Serialize,
-) -> anyhow::Result<Provenance> {
+pub fn of_this_run(seed: u64, config: &impl serde::Serialize) -> anyhow::Result<Provenance> {
     let mut provenance = Provenance::of_this_run("cargo xtask", env!("CARGO_MANIFEST_DIR"));
     let mut name = "";
     for line in include_str!("../../../Cargo.lock").lines() {
@@ -33,7 +29,7 @@ pub fn of_this_run(
     }
     Ok(Provenance {
         seed: Some(seed),
-        threads,
+        threads: rayon::current_num_threads(),
         config: toml::to_string_pretty(config)?,
         ..provenance
     })

@@ -36,14 +36,7 @@ pub enum Measurement {
     PatientCost(patient_cost::Arguments),
     /// The left ventricle of a real heart over one beat, meshed from its surfaces and loaded; the surfaces of
     /// ../shared/meshes/biv-me, else those of an ideal ventricle
-    RealHeart {
-        /// Meshes with about so many nodes each
-        #[arg(default_values_t = [1500, 6000])]
-        nodes: Vec<usize>,
-        /// Pressure in mmHg
-        #[arg(long, default_value_t = 8.0)]
-        pressure: f64,
-    },
+    RealHeart,
     /// A ventricle by Sinew, FEniCS, NGSolve, FElupe and scikit-fem, on the same meshes: seconds, memory, energies
     Rivals(rivals::Arguments),
     /// Emulators of stored runs against runs that are held back, of a table or of smooth functions
@@ -71,7 +64,7 @@ pub enum Measurement {
         folder: Option<PathBuf>,
     },
     /// The thesis' left ventricle solved from rest at its softest corner and Sobol points
-    VentricleSweep(ventricle_sweep::Arguments),
+    VentricleSweep,
 }
 
 impl Measurement {
@@ -86,7 +79,7 @@ impl Measurement {
             Self::BySize(arguments) => by_size::run(&arguments),
             Self::Locking => locking::run(),
             Self::PatientCost(arguments) => patient_cost::run(&arguments),
-            Self::RealHeart { nodes, pressure } => real_heart::run(&nodes, pressure),
+            Self::RealHeart => real_heart::run(),
             Self::Rivals(arguments) => rivals::run(&arguments),
             Self::Runs(arguments) => runs::run(&arguments),
             Self::Size(arguments) => size::run(&arguments),
@@ -95,7 +88,7 @@ impl Measurement {
             Self::UnloadRobustness { shapes, folder } => {
                 unload_robustness::run(shapes, folder.as_deref())
             }
-            Self::VentricleSweep(arguments) => ventricle_sweep::run(&arguments),
+            Self::VentricleSweep => ventricle_sweep::run(),
         }
     }
 }

@@ -1,15 +1,16 @@
 //! The organs of the thesis (chapter 3 and appendix B).
 //!
 //! `scenes` lists them with the printed figures, [`reproduce`] takes each from its case file to errors and times,
-//! `cubes` fine-tunes one network from small meshes on large ones, `newcomers` one ventricle's network on others,
+//! `parts` lists studies beyond one scene: `cubes` fine-tunes one network from small meshes on large ones, `newcomers` one ventricle's network on others,
 //! `rates` trains beams at several learning rates.
 
 mod cubes;
 pub mod map;
-pub mod newcomers;
+pub(crate) mod newcomers;
 pub mod options;
+mod parts;
 mod rates;
 pub mod regions;
 pub mod reproduce;
-pub mod run;
+mod run;
 mod scenes;

@@ -1,7 +1,7 @@
 //! Shared parts of the study programs: reports, kept results, test cases, trainings, exit, names of choices, random numbers.
 
 use crate::manifest;
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use clap::ValueEnum;
 use rand::Rng;
 use serde::{Serialize, de::DeserializeOwned};
@@ -9,18 +9,19 @@ use sinew_emulate::{
     Body, Design, Simulations, Terminal, TestSet, TrainingOptions, simulate, split_seed, store,
 };
 use sinew_energy::{Parameter, Sampling};
-use sinew_report::{Provenance, Report, Section};
+use sinew_mesh::{FieldValues, read_npy};
+use sinew_report::{Report, Section};
 use sinew_sample::standard_normals;
+use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Says where the report is, or the folder of what was only simulated, or what went wrong.
+/// Says where the report is, or what went wrong.
 pub fn end(report: Result<PathBuf>) -> ExitCode {
     match report {
         Ok(report) => {
-            let what = if report.is_dir() { "simulations" } else { "report" };
-            eprintln!("\n{what}: {}", report.display());
+            eprintln!("\nreport: {}", report.display());
             ExitCode::SUCCESS
         }
         Err(error) => {
@@ -31,10 +32,7 @@ pub fn end(report: Result<PathBuf>) -> ExitCode {
 }
 
 /// Result of an earlier run in a file, where this one goes on; or a new one, written there.
-///
-/// # Errors
-/// Those of making it; a file that cannot be read or written.
-pub fn kept<T: Serialize + DeserializeOwned>(
+pub(crate) fn kept<T: Serialize + DeserializeOwned>(
     file: &Path,
     resume: bool,
     make: impl FnOnce() -> Result<T>,
@@ -49,54 +47,49 @@ pub fn kept<T: Serialize + DeserializeOwned>(
 }
 
 /// A report that is written anew after every section.
-pub struct Growing {
+pub(crate) struct Growing {
     /// Sections present.
     pub report: Report,
-    provenance: Provenance,
     start: Instant,
     headline: fn(&Report) -> String,
 }
 
 impl Growing {
     /// Report of a study, by title and options; its sections say what it holds. A quick check means nothing.
-    ///
-    /// # Errors
-    /// Options that cannot be written down.
-    pub fn new(
+    pub(crate) fn new(
         [title, about]: [&str; 2],
         (seed, quick): (u64, bool),
         options: &impl Serialize,
         headline: fn(&Report) -> String,
     ) -> Result<Self> {
-        let threads = rayon::current_num_threads();
-        let provenance = manifest::of_this_run(seed, threads, options)?;
         let about = match quick {
-            true => "A quick check of the code path on small meshes: its errors mean nothing.",
+            true => {
+                "A quick check of the code path on small meshes, with few cases and steps: its errors mean nothing."
+            }
             false => about,
         };
-        let report = Report::new(title, about, provenance.clone());
-        Ok(Self { report, provenance, start: Instant::now(), headline })
+        let report = Report::new(title, about, manifest::of_this_run(seed, options)?);
+        Ok(Self { report, start: Instant::now(), headline })
     }
 
     /// Adds a section and writes all there is into a folder; the path of `report.html`.
-    ///
-    /// # Errors
-    /// Files that cannot be written.
-    pub fn add(&mut self, section: Section, out: &Path) -> Result<PathBuf> {
+    pub(crate) fn add(&mut self, section: Section, out: &Path) -> Result<PathBuf> {
         self.report.sections.push(section);
         self.report.headline = (self.headline)(&self.report);
-        let seconds = self.start.elapsed().as_secs_f64();
-        self.report.provenance = self.provenance.clone().finished(seconds);
+        let so_far = std::mem::take(&mut self.report.provenance);
+        self.report.provenance = so_far.finished(self.start.elapsed().as_secs_f64());
         Ok(self.report.write(out)?)
     }
 }
 
+/// Terms of a report that are not columns.
+pub(crate) fn definitions<const N: usize>(terms: [(&str, &str); N]) -> Vec<(String, String)> {
+    terms.map(|(term, text)| (term.to_string(), text.to_string())).to_vec()
+}
+
 /// Test cases uniform in the ranges, as the thesis has them whatever the parameters are trained at, solved or read from where an
 /// interrupted run has left them; and the wall time of all solves \[s\].
-///
-/// # Errors
-/// A body of which no case has an equilibrium; files that cannot be written or read.
-pub fn test_set<'b>(
+pub(crate) fn test_set<'b>(
     body: &'b Body,
     cases: usize,
     seed: u64,
@@ -117,7 +110,7 @@ pub fn test_set<'b>(
 
 /// Training options of a recipe in a folder of a run; a quick check has few cases. Recipes beside each other share their
 /// simulations; a run that is not resumed is replaced, as the rest of the study is.
-pub fn training(quick: bool, seed: u64, folder: &Path, resume: bool) -> TrainingOptions {
+pub(crate) fn training(quick: bool, seed: u64, folder: &Path, resume: bool) -> TrainingOptions {
     TrainingOptions {
         seed,
         held_out: if quick { 4 } else { 20 },
@@ -131,12 +124,37 @@ pub fn training(quick: bool, seed: u64, folder: &Path, resume: bool) -> Training
 }
 
 /// Smallest and largest value of the rows of a map.
-pub fn range(rows: &[Vec<Option<f64>>]) -> [f64; 2] {
+pub(crate) fn range(rows: &[Vec<Option<f64>>]) -> [f64; 2] {
     let values = rows.iter().flatten().flatten().filter(|value| value.is_finite());
     let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
         [low.min(*value), high.max(*value)]
     });
     if ends[0] <= ends[1] { ends } else { [0.0, 1.0] }
+}
+
+/// Values up to which shares of all lie.
+pub(crate) fn quantiles<T: Copy + PartialOrd, const N: usize>(
+    mut values: Vec<T>,
+    shares: [f64; N],
+) -> [T; N] {
+    values.sort_by(|a, b| a.partial_cmp(b).unwrap_or(Ordering::Equal));
+    shares.map(|share| values[(share * (values.len() - 1) as f64) as usize])
+}
+
+/// The upper median; none of nothing.
+pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+/// Numbers of an npy file in `fixtures`, row by row.
+pub(crate) fn fixture(file: &str) -> Result<Vec<f64>> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures").join(file);
+    let array = read_npy(path).with_context(|| format!("fixture {file}"))?;
+    Ok(match array.values {
+        FieldValues::Float(values) => values,
+        FieldValues::Integer(values) => values.iter().map(|&v| v as f64).collect(),
+    })
 }
 
 /// A standard normal number.

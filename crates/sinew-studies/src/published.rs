@@ -6,7 +6,7 @@ use sinew_report::{Block, Level, Panel, Section};
 
 /// Median errors that a source prints for a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Published {
+pub(crate) struct Published {
     /// Who prints them, such as `"thesis"`.
     pub source: &'static str,
     /// Published errors by the name of the method (empty for all), in the order of [`METRICS`], then err_V;
@@ -19,10 +19,7 @@ pub struct Published {
 impl Published {
     /// The section of a comparison, held against these figures: verdicts in its table, lines in its charts, and printed displacements beside
     /// its own.
-    ///
-    /// # Errors
-    /// As [`Comparison::section`].
-    pub fn section(
+    pub(crate) fn section(
         &self,
         comparison: &Comparison,
         name: &str,

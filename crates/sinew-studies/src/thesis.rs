@@ -12,4 +12,4 @@ pub mod printed;
 pub mod run;
 pub mod stored;
 
-pub use printed::{median, thesis};
+pub use printed::{printed_median, thesis};

@@ -1,57 +1,31 @@
-//! Runs and their wall times over interruptions; CPU time and memory of this process.
+//! Runs that are begun or go on; CPU time and memory of this process.
 
 use anyhow::{Context, Result, ensure};
 use serde::{Serialize, de::DeserializeOwned};
 use sinew_emulate::store;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
-/// Wall time of a run, over its interruptions.
-pub struct WallClock {
-    earlier: Duration,
-    start: Instant,
-    file: PathBuf,
-}
-
-impl WallClock {
-    /// Begins a run in `out`, emptied of the `folders` of an earlier one, and keeps what it was begun with there; or goes on
-    /// with that run where its time was last saved. What the run in the folder was begun with.
-    ///
-    /// # Errors
-    /// Folders that are not of an earlier run, a run to be resumed that does not exist, files that cannot be read or written.
-    pub fn begin<T: Serialize + DeserializeOwned>(
-        out: &Path,
-        folders: &[String],
-        resume: bool,
-        beginning: T,
-    ) -> Result<(Self, T)> {
-        let (config, file) = (out.join("config.json"), out.join("elapsed.json"));
-        ensure!(
-            !resume || config.exists(),
-            "there is no run to resume in {}; start it without --resume",
-            out.display()
-        );
-        let folders: Vec<_> = folders.iter().map(|name| out.join(name)).collect();
-        let stored = begin(&config, &folders, resume, &beginning)?;
-        let earlier = stored.is_some().then(|| store::read_json(&file)).transpose()?.flatten();
-        let clock = Self { earlier: earlier.unwrap_or_default(), start: Instant::now(), file };
-        Ok((clock, stored.unwrap_or(beginning)))
-    }
-
-    /// Wall time so far, kept for a run that resumes this one.
-    pub fn save(&self) -> Result<Duration> {
-        let wall = self.earlier + self.start.elapsed();
-        store::write_json(&self.file, &wall)?;
-        Ok(wall)
-    }
+/// Begins a run in `out`, emptied of the `folders` of an earlier one, and keeps what it was begun with there; or returns what the run
+/// that goes on was begun with.
+pub(crate) fn begin_in<T: Serialize + DeserializeOwned>(
+    out: &Path,
+    folders: &[String],
+    resume: bool,
+    beginning: &T,
+) -> Result<Option<T>> {
+    let file = out.join("config.json");
+    ensure!(
+        !resume || file.exists(),
+        "there is no run to resume in {}; start it without --resume",
+        out.display()
+    );
+    let folders: Vec<_> = folders.iter().map(|name| out.join(name)).collect();
+    begin(&file, &folders, resume, beginning)
 }
 
 /// Begins a run anew, in `folders` emptied of an earlier one, and keeps in `file` what it was begun with; or returns what the run
 /// that goes on was begun with.
-///
-/// # Errors
-/// Folders that are not of an earlier run, files that cannot be read or written.
-pub fn begin<T: Serialize + DeserializeOwned>(
+pub(crate) fn begin<T: Serialize + DeserializeOwned>(
     file: &Path,
     folders: &[PathBuf],
     resume: bool,
@@ -80,15 +54,12 @@ pub fn cpu_seconds() -> f64 {
 }
 
 /// CPU time of the processes that this one started and that have ended \[s\]; NaN where the system does not tell.
-pub fn cpu_seconds_of_children() -> f64 {
+pub(crate) fn cpu_seconds_of_children() -> f64 {
     spent(OWN + 2)
 }
 
 /// CPU time of one call \[s\], on all threads, over as many calls as take half a second: on a busy machine wall time is that of others, too.
-///
-/// # Errors
-/// Those of the call.
-pub fn cpu_seconds_of<T>(mut call: impl FnMut() -> Result<T>) -> Result<f64> {
+pub(crate) fn cpu_seconds_of<T>(mut call: impl FnMut() -> Result<T>) -> Result<f64> {
     /// Long beside a tick of the clock \[s\].
     const ENOUGH: f64 = 0.5;
     let (start, mut calls) = (cpu_seconds(), 0.0);
@@ -116,7 +87,7 @@ fn spent(first: usize) -> f64 {
 }
 
 /// Largest resident memory of this process so far \[kB\], where the system tells it.
-pub fn peak_kb() -> Option<f64> {
+pub(crate) fn peak_kb() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     line.split_whitespace().next()?.parse().ok()

@@ -5,10 +5,10 @@
 //! equations and scalar equations, or constants of other programs with their source.
 //!
 //! ```
-//! use sinew_studies::verify::{Effort, Row, cases, run};
+//! use sinew_studies::verify::{Effort, cases, run};
 //!
 //! let patch = cases::find("patch").expect("a case");
-//! let outcome = run::run(patch, Effort::Quick, &mut |_: &Row| ());
+//! let outcome = run::run(patch, Effort::Quick);
 //! assert!(outcome.passes());
 //! assert!(outcome.rows.iter().all(|row| row.error <= row.band.most));
 //! ```
@@ -19,7 +19,6 @@
 mod case;
 pub mod cases;
 mod integrate;
-mod options;
 mod program;
 pub mod reference;
 mod report;
@@ -28,8 +27,7 @@ mod solids;
 mod solve;
 mod table;
 
-pub use case::{Band, Case, Cost, Effort, Formulation, Label, Measure, Row, RowError, Rows};
-pub use options::Options;
-pub use program::verify;
+pub use case::{Band, Case, Cost, Effort, Formulation, Label, Measure, Row, Rows};
+pub use program::{Options, verify};
 pub use report::report;
 pub use table::{summary, table};

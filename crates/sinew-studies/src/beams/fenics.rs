@@ -2,12 +2,12 @@
 
 use crate::beams::samples;
 use crate::beams::scenes::Beam;
+use crate::program;
 use anyhow::{Context, Result};
-use sinew_emulate::{METRICS, TestSet, store};
+use sinew_emulate::{METRICS, TestSet};
 use sinew_energy::{Body, metrics};
 use sinew_fem::{Options, Solver, sweep};
 use sinew_report::{Column, Distribution, ReportError, Row, Table};
-use std::path::Path;
 
 /// Result of the comparison.
 pub(crate) struct Found {
@@ -23,12 +23,12 @@ pub(crate) struct Found {
 /// Solves at the parameters of the independent program, from rest and in a sweep; `times` are those of a solve from rest, of one
 /// in a sweep on its thread, and of one in a sweep on all threads \[s\].
 pub(crate) fn compare(beam: &Beam, body: &Body, times: [f64; 3]) -> Result<Found> {
-    let array = |what: &str, bytes| {
-        let file = format!("fixtures/beam/{}/{what}.npy", beam.name);
-        store::parse_table(Path::new(&file), bytes)
+    let array = |what: &str| program::fixture(&format!("beam/{}/{what}.npy", beam.name));
+    let rows = |values: Vec<f64>, columns: usize| -> Vec<Vec<f64>> {
+        values.chunks(columns).map(<[f64]>::to_vec).collect()
     };
-    let thetas = array("theta", beam.fixture.theta)?;
-    let fields = array("displacement", beam.fixture.displacement)?;
+    let thetas = rows(array("theta")?, body.parameters.len());
+    let fields = rows(array("displacement")?, 3 * body.nodes);
     let mut solver = Solver::new(body)?;
     let mut cold = Vec::with_capacity(thetas.len());
     for theta in &thetas {
@@ -37,12 +37,11 @@ pub(crate) fn compare(beam: &Beam, body: &Body, times: [f64; 3]) -> Result<Found
     let swept = sweep(body, &thetas, &Options::default(), || ())?;
     let warm =
         swept.into_iter().map(|solution| Ok(solution?.displacement)).collect::<Result<_>>()?;
-    let quadratic = array("p2_displacement", beam.fixture.quadratic)?.concat();
+    let quadratic = array("p2_displacement")?;
     let centre = thetas.iter().position(|theta| theta == &[75.0, 75.0]);
     let centre = centre.context("fixtures/beam holds no solution at mu = lambda = 75 kPa")?;
-    let mut distances = metrics::displacement_error(&quadratic, &cold[centre]);
-    distances.sort_by(f64::total_cmp);
-    let discretisation_mm = distances[distances.len() / 2];
+    let distances = metrics::displacement_error(&quadratic, &cold[centre]);
+    let discretisation_mm = program::median(distances).context("a beam without nodes")?;
 
     let independent = TestSet { body, thetas, fields, median_solve_s: f64::NAN };
     let errors = METRICS.map(|m| Column::new(m.name, m.unit("mm")).about(m.about));

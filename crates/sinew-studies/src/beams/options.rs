@@ -5,7 +5,6 @@ use clap::{Parser, ValueEnum};
 use serde::{Deserialize, Serialize};
 use sinew_gnn::Backend;
 use std::path::PathBuf;
-use std::time::Duration;
 
 /// Compare data-driven (dd) and physics-informed (pi) emulators of the thesis' two gravity beams with the
 /// finite-element solver and with regression on few simulations, from the mesh to the report.
@@ -18,18 +17,9 @@ pub struct BeamOptions {
     /// Emulators to train, separated by commas
     #[arg(long, value_enum, value_delimiter = ',', default_value = "dd,pi")]
     pub method: Vec<Method>,
-    /// Wall time of the whole run, such as 90s, 10m or 1h: step counts are scaled to fit
-    #[arg(long, value_parser = humantime::parse_duration, conflicts_with_all = ["quick", "full"])]
-    pub budget: Option<Duration>,
-    /// Steps of all trainings relative to the default run; unlike a time budget, independent of the machine
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = parse_effort, conflicts_with_all = ["quick", "full", "budget"])]
-    pub effort: f64,
     /// Same code with few simulations and steps, within a minute: a check, not a result
-    #[arg(long, conflicts_with = "full")]
-    pub quick: bool,
-    /// The thesis' schedule: a million steps of batch 1 with Adam at 1e-4 (more than a day)
     #[arg(long)]
-    pub full: bool,
+    pub quick: bool,
     /// Seed that all seeds of the run derive from
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -43,10 +33,6 @@ pub struct BeamOptions {
     #[arg(long)]
     #[serde(skip)]
     pub resume: bool,
-    /// Print report.json to standard output at the end
-    #[arg(long)]
-    #[serde(skip)]
-    pub json: bool,
 }
 
 /// The two beams.
@@ -88,14 +74,5 @@ impl Method {
     /// Name in reports and files.
     pub(crate) fn key(self) -> &'static str {
         ["dd", "pi", "fdd"][self as usize]
-    }
-}
-
-fn parse_effort(text: &str) -> Result<f64, String> {
-    let factor: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
-    if (0.01..=1000.0).contains(&factor) {
-        Ok(factor)
-    } else {
-        Err(format!("`{text}` is outside 0.01 to 1000"))
     }
 }

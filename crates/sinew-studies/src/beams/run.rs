@@ -4,13 +4,13 @@ use crate::beams::options::BeamOptions;
 use crate::beams::recipes::{self, Samples};
 use crate::beams::scenes::{BEAMS, Beam};
 use crate::beams::{fenics, samples};
-use crate::timing::WallClock;
-use crate::{manifest, program};
+use crate::program::Growing;
+use crate::{program, timing};
 use anyhow::{Context, Result, ensure};
 use sinew::output::{Results, Row};
 use sinew::{Case, Comparison, TestSet};
 use sinew_emulate::{Terminal, median_and_worst, store};
-use sinew_report::{Block, Report};
+use sinew_report::{Block, Section};
 use std::path::{Path, PathBuf};
 
 /// Newton steps that predictions are corrected by for the evaluation beside the report.
@@ -22,36 +22,26 @@ const CORRECTIONS: usize = 2;
 /// Whatever keeps the report from being made: options that contradict an interrupted run, a solver or a
 /// training that fails, files that cannot be written.
 pub fn reproduce_beam(options: &BeamOptions) -> Result<PathBuf> {
-    let threads = rayon::current_num_threads();
-    let provenance = manifest::of_this_run(options.seed, threads, options)?;
-    let clock = begin(options)?;
-    store::write_json(&options.out.join("manifest.json"), &provenance)?;
-    options.backend.device()?;
-    let title = "Emulators against finite elements";
-    let about = match options.quick {
-        true => {
-            "This is not a result: a quick check of the code path with few simulations and steps, whose errors mean nothing."
+    let about = "Error and time on the same meshes, parameters and machine.";
+    let names = ["Emulators against finite elements", about];
+    let mut growing = Growing::new(names, (options.seed, options.quick), options, |report| {
+        let [all, met] = report.verdicts();
+        match all {
+            0 => String::new(),
+            _ => format!("{met} of {all} medians that the thesis prints are met or bettered."),
         }
-        false => "Error and time on the same meshes, parameters and machine.",
-    };
-    let mut report = Report::new(title, about, provenance);
-    report.notes = NOTES.map(String::from).to_vec();
+    })?;
+    begin(options)?;
+    options.backend.device()?;
+    growing.report.notes = NOTES.map(String::from).to_vec();
+    growing.report.definitions = program::definitions(DEFINITIONS);
     let mut lines = String::new();
+    let mut page = options.out.join("report.html");
     for beam in options.scene.beams() {
-        run_scene(options, beam, &clock, (&mut report, &mut lines))?;
-    }
-    report.provenance = report.provenance.finished(clock.save()?.as_secs_f64());
-    let [all, met] = report.verdicts();
-    if all > 0 {
-        report.headline =
-            format!("{met} of {all} medians that the thesis prints are met or bettered.");
-    }
-    report.definitions =
-        DEFINITIONS.map(|(term, text)| (term.to_string(), text.to_string())).to_vec();
-    let page = report.write(&options.out)?;
-    store::write_bytes(&options.out.join("samples.csv"), lines.as_bytes())?;
-    if options.json {
-        println!("{}", report.to_json()?);
+        let (section, note) = run_scene(options, beam, &mut lines)?;
+        growing.report.notes.push(note);
+        page = growing.add(section, &options.out)?;
+        store::write_bytes(&options.out.join("samples.csv"), lines.as_bytes())?;
     }
     Ok(page)
 }
@@ -68,19 +58,19 @@ const DEFINITIONS: [(&str, &str); 3] = [
     ),
 ];
 
-/// Prepares the output folder; the clock goes on where that of the run that is resumed was last saved.
-fn begin(options: &BeamOptions) -> Result<WallClock> {
+/// Prepares the output folder: empties it of an earlier run, or sees to it that the earlier run can be continued.
+fn begin(options: &BeamOptions) -> Result<()> {
     let folders = BEAMS.each_ref().map(|beam| beam.name.to_string());
-    let (clock, stored) =
-        WallClock::begin(&options.out, &folders, options.resume, options.clone())?;
-    let same = BeamOptions { resume: options.resume, json: options.json, ..stored.clone() };
+    let stored = timing::begin_in(&options.out, &folders, options.resume, options)?;
+    let Some(stored) = stored else { return Ok(()) };
+    let same = BeamOptions { resume: options.resume, ..stored.clone() };
     ensure!(
         same == *options,
         "the run in {} was started with other options ({}); repeat them, or start without --resume",
         options.out.display(),
         toml::to_string(&stored)?.trim().replace('\n', ", ")
     );
-    Ok(clock)
+    Ok(())
 }
 
 const NOTES: [&str; 2] = [
@@ -90,20 +80,14 @@ const NOTES: [&str; 2] = [
      that solution with an independent program on the same mesh, not with the continuum.",
 ];
 
-/// Adds one scene to the report, and to the lines of `samples.csv`.
-fn run_scene(
-    options: &BeamOptions,
-    beam: &Beam,
-    clock: &WallClock,
-    (report, lines): (&mut Report, &mut String),
-) -> Result<()> {
+/// The section of one scene and a note on its mesh; adds to the lines of `samples.csv`.
+fn run_scene(options: &BeamOptions, beam: &Beam, lines: &mut String) -> Result<(Section, String)> {
     let case = Case::read(Path::new(beam.scene))?;
     eprintln!("\n{}: {}", case.name, case.about);
     let folder = options.out.join(beam.name);
     let body = case.body()?;
     let count = Samples::of(options).test;
     let (test, test_s) = program::test_set(&body, count, options.seed, &folder)?;
-    clock.save()?;
     let mut comparison = Comparison::new(&test)?;
     let mut shown = Vec::new();
     if lines.is_empty() {
@@ -120,7 +104,6 @@ fn run_scene(
         *lines += &samples::lines(beam.name, key, &test.thetas, &cases)?;
         shown.extend(median_and_worst(&cases));
         found.push((key, emulator.predict(&test.thetas)?.fields()));
-        clock.save()?;
     }
     write_fields(&folder.join("fields"), &test, shown, found)?;
     let mut section = beam.thesis.section(&comparison, beam.name, beam.scene)?;
@@ -133,13 +116,12 @@ fn run_scene(
         Block::Table(solver.table),
     ]);
     *lines += &solver.samples;
-    report.sections.push(section);
-    report.notes.push(format!(
+    let note = format!(
         "{}: at mu = lambda = 75 kPa this mesh of linear tetrahedra is {:.2} mm (median over the nodes) from a solution with \
          quadratic ones. Emulators inherit that error; no row shows it.",
         beam.scene, solver.discretisation_mm
-    ));
-    Ok(())
+    );
+    Ok((section, note))
 }
 
 /// Writes the fields of the median and the worst case of every method.

@@ -1,42 +1,16 @@
-//! The thesis' two gravity beams (§3.3.1): what the thesis reached on them, and solutions by an independent program.
+//! The thesis' two gravity beams (§3.3.1), and what the thesis reached on them.
 
 use crate::published::Published;
 
 /// A beam.
 #[derive(Debug)]
 pub struct Beam {
-    /// Short name for files and the command line.
+    /// Short name for files, those of `fixtures/beam` too, and the command line.
     pub name: &'static str,
     /// Name of the built-in scene.
     pub scene: &'static str,
     /// Medians that the thesis prints.
-    pub thesis: Published,
-    /// Solutions by an independent program.
-    pub fixture: Fixture,
-}
-
-/// Files of `fixtures/beam`, made by FEniCS on the same mesh.
-#[derive(Clone, Copy, Debug)]
-pub struct Fixture {
-    /// Parameters (μ, λ) \[kPa\], npy.
-    pub theta: &'static [u8],
-    /// Nodal displacements \[mm\], npy.
-    pub displacement: &'static [u8],
-    /// Displacements of a quadratic solution at the same nodes, μ = λ = 75 kPa \[mm\], npy.
-    pub quadratic: &'static [u8],
-}
-
-macro_rules! fixture {
-    ($folder:literal) => {
-        Fixture {
-            theta: fixture!($folder, "theta"),
-            displacement: fixture!($folder, "displacement"),
-            quadratic: fixture!($folder, "p2_displacement"),
-        }
-    };
-    ($folder:literal, $array:literal) => {
-        include_bytes!(concat!("../../../../fixtures/beam/", $folder, "/", $array, ".npy"))
-    };
+    pub(crate) thesis: Published,
 }
 
 /// Both.
@@ -52,7 +26,6 @@ pub static BEAMS: [Beam; 2] = [
             ],
             displacement: Some([15.7, 50.1]),
         },
-        fixture: fixture!("once"),
     },
     Beam {
         name: "twice",
@@ -65,7 +38,6 @@ pub static BEAMS: [Beam; 2] = [
             ],
             displacement: Some([2.3, 6.0]),
         },
-        fixture: fixture!("twice"),
     },
 ];
 

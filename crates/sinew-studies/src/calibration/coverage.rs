@@ -8,12 +8,14 @@ use crate::program;
 use anyhow::{Result, anyhow};
 use serde::{Deserialize, Serialize};
 use sinew::Prepared;
-use sinew_calibrate::{Correction, Forward, Posterior, Solves, calibrate};
+use sinew_calibrate::{Correction, Forward, Patient, Posterior, Solves, calibrate};
 use sinew_report::{Block, Chart, Section, Series, Style};
 use sinew_sample::{quantile, split_seed};
 
 /// Patients of a quick check.
 const QUICK_PATIENTS: usize = 3;
+/// Draws of each patient's posterior.
+const DRAWS: usize = 240;
 /// Intervals whose coverage is counted.
 pub(super) const LEVELS: [f64; 3] = [0.5, 0.8, 0.95];
 /// Points at which rank ECDFs are held against their bands.
@@ -31,12 +33,11 @@ struct Outcome {
 
 pub(super) fn section(options: &Options) -> Result<Section> {
     let patients = if options.quick { QUICK_PATIENTS } else { options.patients };
-    let cells = patients::cells(options)?;
     let (mut outcomes, mut refused, mut without_rest) = (Vec::new(), Vec::new(), 0);
     for number in 0..patients {
         let file = options.out.join(format!("patients/{number}.json"));
         let (failed, found) = program::kept(&file, options.resume, || {
-            let (patient, failed) = patients::random(options.seed, number as u64, cells, None)?;
+            let (patient, failed) = patients::random(options.seed, number as u64, None)?;
             Ok((failed, one(options, &patient, number as u64)?))
         })?;
         without_rest += failed;
@@ -66,41 +67,60 @@ pub(super) fn section(options: &Options) -> Result<Section> {
 fn one(options: &Options, patient: &Synthetic, number: u64) -> Result<Result<Outcome, String>> {
     let prepared = patient.file.prepare()?;
     let model = prepared.patient().map_err(|reason| anyhow!(reason))?;
+    let truth = model.observe(&patient.theta, false)?.values;
+    let found = calibrated(options, (&prepared, &model), (patient, &truth), number)?;
+    Ok(found.map(|(posterior, quantities)| Outcome {
+        ranks: ranks(&quantities),
+        mixing: posterior.coordinates.mixing(),
+        correction: posterior.correction,
+    }))
+}
+
+/// Draws of a quantity with its true value.
+type Quantity = (Vec<f64>, f64);
+
+/// The posterior of a patient by a model and draws of all quantities, or the reason for its absence.
+pub(super) fn calibrated(
+    options: &Options,
+    (prepared, model): (&Prepared, &Patient<'_>),
+    (patient, observed): (&Synthetic, &[f64]),
+    number: u64,
+) -> Result<Result<(Posterior, Vec<Quantity>), String>> {
     let mut settings = patient.file.options();
     settings.seed = split_seed(options.seed, number);
-    settings.draws = options.draws;
-    let mut solves = Solves::new(&model, Box::new(|_, _, _| ()));
+    settings.draws = DRAWS;
+    let mut solves = Solves::new(model, Box::new(|_, _, _| ()));
     let posterior = match calibrate(&prepared.problem, &mut solves, &settings) {
         Ok(posterior) => posterior,
         Err(error) => return Ok(Err(error.to_string())),
     };
-    let truth = model.observe(&patient.theta, false)?.values;
-    let draws = quantities(&prepared, &posterior, &patient.theta, &truth)?;
-    let ranks = draws.iter().map(|(draws, truth)| rank(draws, *truth)).collect();
-    let mixing = posterior.coordinates.mixing();
-    Ok(Ok(Outcome { ranks, correction: posterior.correction, mixing }))
+    let quantities = quantities(prepared, &posterior, &patient.theta, observed)?;
+    Ok(Ok((posterior, quantities)))
 }
 
 /// Draws of the parameters and of [`VOLUMES`], each with its true value.
-pub(super) fn quantities(
+fn quantities(
     prepared: &Prepared,
     posterior: &Posterior,
     theta: &[f64],
     observed: &[f64],
-) -> Result<Vec<(Vec<f64>, f64)>> {
+) -> Result<Vec<Quantity>> {
     let parameters = (0..NAMES.len()).map(|at| (posterior.draws.parameter(at).concat(), theta[at]));
     let mut all: Vec<_> = parameters.collect();
     for name in VOLUMES {
-        let seen = prepared.reported.iter().find(|seen| seen.name == name);
-        let at = seen.ok_or_else(|| anyhow!("no {name}"))?.observable;
+        let seen = prepared.observables.iter().position(|seen| seen.to_string() == name);
+        let at = seen.ok_or_else(|| anyhow!("no {name}"))?;
         all.push((posterior.observed.parameter(at).concat(), observed[at]));
     }
     Ok(all)
 }
 
-/// Share of the draws below the truth.
-pub(super) fn rank(draws: &[f64], truth: f64) -> f64 {
-    draws.iter().filter(|draw| **draw < truth).count() as f64 / draws.len() as f64
+/// Share of the draws of each quantity below the truth.
+pub(super) fn ranks(quantities: &[Quantity]) -> Vec<f64> {
+    let rank = |(draws, truth): &Quantity| {
+        draws.iter().filter(|draw| *draw < truth).count() as f64 / draws.len() as f64
+    };
+    quantities.iter().map(rank).collect()
 }
 
 /// Share of intervals of a probability that hold the truth, by its ranks.

@@ -72,16 +72,7 @@ fn binomial(probability: f64, count: u64) -> Binomial {
 
 /// Smallest count whose cumulative probability reaches a share.
 fn quantile(counts: &Binomial, share: f64) -> u64 {
-    let [mut low, mut high] = [0, counts.n()];
-    while low < high {
-        let middle = low + (high - low) / 2;
-        if counts.cdf(middle) >= share {
-            high = middle;
-        } else {
-            low = middle + 1;
-        }
-    }
-    low
+    (0..counts.n()).find(|count| counts.cdf(*count) >= share).unwrap_or(counts.n())
 }
 
 /// Empirical distribution function of ranks against the band that it has to stay in.

@@ -62,10 +62,9 @@ pub(super) fn grid(options: &Options) -> Result<Section> {
 /// Four parameters against importance sampling.
 pub(super) fn importance(options: &Options) -> Result<Section> {
     let (patients, solves, draws) = if options.quick { QUICK_IMPORTANCE } else { IMPORTANCE };
-    let cells = patients::cells(options)?;
     let (mut texts, mut rows) = (Vec::new(), Vec::new());
     for number in 0..patients {
-        let (Synthetic { file, .. }, _) = patients::random(options.seed, number, cells, None)?;
+        let (Synthetic { file, .. }, _) = patients::random(options.seed, number, None)?;
         let prepared = file.prepare()?;
         let model = prepared.patient().map_err(|reason| anyhow!(reason))?;
         let problem = &prepared.problem;

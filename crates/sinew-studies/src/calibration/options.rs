@@ -14,12 +14,6 @@ pub struct Options {
     /// Patients of the coverage study; the study of springs has a quarter of them for each of its four pairs of truth and model
     #[arg(long, default_value_t = 100)]
     pub patients: usize,
-    /// Draws of each patient's posterior in the coverage study
-    #[arg(long, default_value_t = 240)]
-    pub draws: usize,
-    /// Cells through the wall, around and along of the patients' meshes
-    #[arg(long, value_delimiter = ',', num_args = 1, default_value = "2,8,5")]
-    pub cells: Vec<usize>,
     /// Parts to run [default: all]
     #[arg(long, value_delimiter = ',')]
     pub only: Vec<Part>,

@@ -1,7 +1,6 @@
 //! Synthetic patients: an image and parameters that know nothing of each other, and data of the unloaded body.
 
-use super::options::Options;
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew::PatientFile;
@@ -11,8 +10,8 @@ use sinew_sample::split_seed;
 pub(super) const NAMES: [&str; 4] = ["a", "b", "a_f", "b_f"];
 /// Ranges of the priors.
 const RANGES: [[f64; 2]; 4] = [[0.1, 0.4], [1.0, 4.0], [1.5, 5.0], [1.0, 4.5]];
-/// Cells of a quick check.
-const QUICK_CELLS: [usize; 3] = [2, 8, 5];
+/// Cells through the wall, around and along of the patients' meshes.
+const CELLS: [usize; 3] = [2, 8, 5];
 /// Seed stream of shapes and parameters.
 const SHAPES: u64 = 0x5348;
 
@@ -22,20 +21,9 @@ pub(super) struct Synthetic {
     pub theta: Vec<f64>,
 }
 
-/// Cells of the patients' meshes.
-pub(super) fn cells(options: &Options) -> Result<[usize; 3]> {
-    let given = if options.quick { &QUICK_CELLS[..] } else { &options.cells };
-    given.try_into().map_err(|_| anyhow!("--cells: give three numbers, such as 2,12,6"))
-}
-
 /// A patient of a random shape in the image; θ is drawn from the prior, independent of it. Draws without a body at rest are
 /// made again, which the count of them tells. With a stiffness \[kPa/mm\] there are springs along the normal of the epicardium.
-pub(super) fn random(
-    seed: u64,
-    number: u64,
-    cells: [usize; 3],
-    springs: Option<f64>,
-) -> Result<(Synthetic, usize)> {
+pub(super) fn random(seed: u64, number: u64, springs: Option<f64>) -> Result<(Synthetic, usize)> {
     let mut random = ChaCha8Rng::seed_from_u64(split_seed(split_seed(seed, SHAPES), number));
     let mut failed = 0;
     loop {
@@ -45,7 +33,7 @@ pub(super) fn random(
         let theta: Vec<f64> =
             RANGES.iter().map(|[low, high]| low * (high / low).powf(between(0.0, 1.0))).collect();
         let blank = PatientFile::parse(
-            &text([radius, radius + wall], [long, long + wall], base, cells, &RANGES, springs),
+            &text([radius, radius + wall], [long, long + wall], base, CELLS, &RANGES, springs),
             "synthetic",
         )?;
         match blank.synthesise(&theta, split_seed(seed, number)) {

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_calibrate::{Forward, Mode, Posterior, Problem};
-use sinew_sample::{effective_share, split_seed, standard_normals};
+use sinew_sample::{Summary, effective_share, split_seed, standard_normals};
 use std::time::Instant;
 
 /// Bins of equal probability for the total variation: 2400 exact draws leave about .03.
@@ -149,11 +149,10 @@ impl Reference {
                 bins[self.edges[parameter].partition_point(|edge| edge < x)] += 1.0 / count;
             }
             let variation = bins.iter().map(|share| (share - 1.0 / BINS as f64).abs()).sum::<f64>();
-            let mean = logs.iter().sum::<f64>() / count;
-            let square = logs.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0);
+            let found = Summary::of(&[logs]);
             let deviation = self.deviations[parameter];
-            let of_mean = (mean - self.means[parameter]).abs() / deviation;
-            [0.5 * variation, of_mean, (square.sqrt() / deviation - 1.0).abs()]
+            let of_mean = (found.mean - self.means[parameter]).abs() / deviation;
+            [0.5 * variation, of_mean, (found.deviation / deviation - 1.0).abs()]
         };
         let all = (0..self.means.len()).map(of);
         all.fold([0.0; 3], |most, found| std::array::from_fn(|i| f64::max(most[i], found[i])))

@@ -1,6 +1,6 @@
 //! Models with the wrong springs: patients with a pericardium that are calibrated without one, and the reverse.
 
-use super::coverage::{LEVELS, VOLUMES, held, quantities, rank};
+use super::coverage::{LEVELS, VOLUMES, calibrated, held, ranks};
 use super::options::Options;
 use super::patients::{self, NAMES, Synthetic};
 use super::row::{listing, row};
@@ -8,9 +8,9 @@ use crate::program;
 use anyhow::{Result, anyhow, ensure};
 use serde::{Deserialize, Serialize};
 use sinew::PatientFile;
-use sinew_calibrate::{Forward, Posterior, Solves, Verdict, calibrate, check_identifiability};
+use sinew_calibrate::{Forward, Posterior, Solves, Verdict, check_identifiability};
 use sinew_report::{Block, Cell, Section};
-use sinew_sample::{Summary, psis, quantile, split_seed};
+use sinew_sample::{Summary, psis, quantile};
 
 /// Stiffness of springs along the normal of the epicardium \[kPa/mm\], none and those of a pericardium: M. R. Pfaller et al., "The importance of the
 /// pericardium for cardiac biomechanics" (Biomechanics and Modeling in Mechanobiology, 2019).
@@ -52,7 +52,6 @@ pub(super) fn section(options: &Options) -> Result<Section> {
         true => QUICK_PATIENTS,
         false => options.patients.div_ceil(PAIRS),
     };
-    let cells = patients::cells(options)?;
     let mut outcomes: [[Vec<Outcome>; 2]; 2] = Default::default();
     for number in 0..patients as u64 {
         for truth in 0..2 {
@@ -60,7 +59,7 @@ pub(super) fn section(options: &Options) -> Result<Section> {
             let both: [Outcome; 2] =
                 program::kept(&options.out.join(name), options.resume, || {
                     let springs = Some(STIFFNESS[truth]);
-                    let (patient, _) = patients::random(options.seed, number, cells, springs)?;
+                    let (patient, _) = patients::random(options.seed, number, springs)?;
                     Ok([
                         one(options, &patient, truth, 0, number)?,
                         one(options, &patient, truth, 1, number)?,
@@ -113,21 +112,17 @@ fn one(
     let mut ahead = Solves::new(&model, Box::new(|_, _, _| ()));
     let fails = check_identifiability(problem, &mut ahead)
         .is_ok_and(|(mode, seen)| seen.verdict(problem, &mode).0 == Verdict::DoesNot);
-    let mut settings = file.options();
-    settings.seed = split_seed(options.seed, number);
-    settings.draws = options.draws;
-    let mut solves = Solves::new(&model, Box::new(|_, _, _| ()));
-    let posterior = match calibrate(problem, &mut solves, &settings) {
-        Ok(posterior) => posterior,
-        Err(error) => return Ok(Outcome { fails, found: Err(error.to_string()) }),
+    let found = calibrated(options, (&prepared, &model), (patient, &exact), number)?;
+    let (posterior, quantities) = match found {
+        Ok(found) => found,
+        Err(reason) => return Ok(Outcome { fails, found: Err(reason) }),
     };
-    let quantities = quantities(&prepared, &posterior, &patient.theta, &exact)?;
     let error = |(draws, truth): &(Vec<f64>, f64)| {
         let found = Summary::of(std::slice::from_ref(draws));
         (found.mean - truth) / found.deviation
     };
     let found = Found {
-        ranks: quantities.iter().map(|(draws, truth)| rank(draws, *truth)).collect(),
+        ranks: ranks(&quantities),
         errors: quantities.iter().map(error).collect(),
         p: posterior.predictive.p_overall,
         contradicted: posterior.predictive.contradicting().next().is_some(),

@@ -37,9 +37,6 @@ const PUBLISHED: [(&str, &str); 2] =
     [("liver", "liver.vtk"), ("left ventricle", "left_ventricle.vtk")];
 
 /// All bodies with their names; published ones where the folder has their mesh.
-///
-/// # Errors
-/// A case or a shape that cannot be made.
 pub(super) fn all(meshes: &Path) -> Result<Vec<(String, Body)>> {
     let mut found = Vec::new();
     for (name, text) in CASES {
@@ -65,9 +62,6 @@ pub(super) fn all(meshes: &Path) -> Result<Vec<(String, Body)>> {
 }
 
 /// A beam under its weight, over a decade of stiffness.
-///
-/// # Errors
-/// Shape numbers that make no mesh.
 fn beam(numbers: &[f64]) -> Result<Body> {
     let mesh = BeamShape::new(numbers)?.tetrahedra([8, 2, 2])?;
     Ok(Case::parse(include_str!("bodies/beams.toml"), "beams")?.body_on(mesh.into())?)
@@ -91,9 +85,6 @@ impl Shapes {
     }
 
     /// The body of a number, the same for the same; the mean one for `None`.
-    ///
-    /// # Errors
-    /// A case that cannot be lowered.
     pub(super) fn body(self, number: Option<u64>) -> Result<Body> {
         let Some(number) = number else {
             return self.of(&[])?.context("the mean shape has a mesh");

@@ -1,5 +1,6 @@
 //! Answers with their estimates against the solver, and how often an estimate misleads.
 
+use crate::program;
 use anyhow::Result;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -7,7 +8,7 @@ use sinew::Body;
 use sinew_emulate::Estimate;
 use sinew_energy::metrics::displacement_error;
 use sinew_fem::{Options, Solver};
-use sinew_num::norm;
+use sinew_num::{difference, norm};
 
 /// True error relative to the displacement up to which an answer is good.
 pub(super) const GOOD: f64 = 0.02;
@@ -61,11 +62,12 @@ impl Outcome {
     /// Judges all answers of a predictor for a body.
     pub(super) fn of(body: (&str, &Body), predictor: &str, answers: &[Answer<'_>]) -> Result<Self> {
         let (name, body) = body;
+        let seconds = answers.iter().map(|answer| answer.estimate.seconds);
         let mut outcome = Self {
             body: name.into(),
             predictor: predictor.into(),
             cases: answers.len(),
-            estimate_s: median(answers.iter().map(|answer| answer.estimate.seconds).collect()),
+            estimate_s: program::median(seconds.collect()).unwrap_or(0.0),
             ..Self::default()
         };
         let mut solver = Solver::new(body)?;
@@ -157,13 +159,4 @@ fn ratio(solver: &mut Solver<'_>, answer: &Answer<'_>, truth: &[f64]) -> Result<
     let mean = nodal.iter().sum::<f64>() / nodal.len() as f64;
     let in_energy = solver.energy_norm(truth, answer.theta, &off)?;
     Ok(Some((mean / distance.mean).max(in_energy / distance.energy_norm)))
-}
-
-fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| a - b).collect()
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

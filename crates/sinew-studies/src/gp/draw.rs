@@ -3,7 +3,7 @@
 use crate::gp::inference::{Inference, Observed};
 use crate::gp::row::Row;
 use crate::program;
-use sinew_gp::{Conditional, Domain, Fit, GpError};
+use sinew_gp::{Conditional, Domain, Fit, GpError, Prediction};
 use sinew_report::format;
 use sinew_report::{Chart, Distribution, Figure, Level, Map, Panel, Series, Style};
 
@@ -23,15 +23,31 @@ pub(crate) fn posterior<const D: usize>(
     observed: &Observed<D>,
     fit: &Fit<D>,
 ) -> Result<Figure, GpError> {
-    let setting = &inference.setting;
+    let (setting, scale) = (&inference.setting, inference.scale);
     let domain = setting.problem.domain();
     let label = inference.approach.method().label();
-    let panels = match D {
-        1 => curves(inference, conditional, observed)?,
-        _ => maps(inference, conditional, observed)?,
+    let slice = (D > 1).then(|| Slice::of(domain, scale.pick(MAP_POINTS, FEW_POINTS)));
+    let curve_points = || domain.grid(scale.pick(CURVE_POINTS, FEW_POINTS));
+    let points = slice.as_ref().map_or_else(curve_points, |slice| slice.points.clone());
+    let prediction = conditional.predict(&points)?;
+    let exact: Vec<f64> = points.iter().map(|x| (setting.solution)(*x)).collect();
+    let panels = match slice {
+        None => {
+            let title = format!("{label}: u with its 95 % band");
+            let chart = Chart::new(title, [&domain.names()[0], "u"], [false; 2]);
+            let band = band(&prediction.mean, &prediction.standard_deviation);
+            let marks = observed.collocation.iter().map(|x| [x[0], (setting.solution)(*x)]);
+            vec![Panel::Chart(
+                chart
+                    .with(curve("exact", &points, &exact))
+                    .with(Series { band, ..curve(label, &points, &prediction.mean) })
+                    .with(Series::new("equation imposed", Style::Points, marks)),
+            )]
+        }
+        Some(slice) => maps(label, &slice, (&exact, &prediction), observed),
     };
     let at = domain.names().iter().zip(domain.ends().map(|[_, upper]| upper)).skip(2);
-    let slice: String = at.map(|(name, end)| format!(" at {name} = {end}")).collect();
+    let above: String = at.map(|(name, end)| format!(" at {name} = {end}")).collect();
     let theta: String = setting
         .truth
         .iter()
@@ -40,66 +56,34 @@ pub(crate) fn posterior<const D: usize>(
         })
         .collect();
     Ok(Figure {
-        title: format!("{}{slice}, {label}{theta}", setting.name),
+        title: format!("{}{above}, {label}{theta}", setting.name),
         caption: String::new(),
         panels,
     })
 }
 
-/// A profile with its band.
-fn curves<const D: usize>(
-    inference: &Inference<D>,
-    conditional: &Conditional<D>,
-    observed: &Observed<D>,
-) -> Result<Vec<Panel>, GpError> {
-    let setting = &inference.setting;
-    let domain = setting.problem.domain();
-    let label = inference.approach.method().label();
-    let points = domain.grid(inference.scale.pick(CURVE_POINTS, FEW_POINTS));
-    let prediction = conditional.predict(&points)?;
-    let exact: Vec<f64> = points.iter().map(|x| (setting.solution)(*x)).collect();
-    let chart =
-        Chart::new(format!("{label}: u with its 95 % band"), [&domain.names()[0], "u"], [false; 2]);
-    let band = band(&prediction.mean, &prediction.standard_deviation);
-    let marks = observed.collocation.iter().map(|x| [x[0], (setting.solution)(*x)]);
-    Ok(vec![Panel::Chart(
-        chart
-            .with(curve("exact", &points, &exact))
-            .with(Series { band, ..curve(label, &points, &prediction.mean) })
-            .with(Series::new("equation imposed", Style::Points, marks)),
-    )])
-}
-
 /// Maps of the solution, its mean, error and band over two axes.
 fn maps<const D: usize>(
-    inference: &Inference<D>,
-    conditional: &Conditional<D>,
+    label: &str,
+    slice: &Slice<D>,
+    (exact, Prediction { mean, standard_deviation }): (&[f64], &Prediction),
     observed: &Observed<D>,
-) -> Result<Vec<Panel>, GpError> {
-    let setting = &inference.setting;
-    let domain = setting.problem.domain();
-    let label = inference.approach.method().label();
-    let slice = Slice::of(domain, inference.scale.pick(MAP_POINTS, FEW_POINTS));
-    let prediction = conditional.predict(&slice.points)?;
-    let exact: Vec<f64> = slice.points.iter().map(|x| (setting.solution)(*x)).collect();
-    let error: Vec<f64> = exact.iter().zip(&prediction.mean).map(|(u, m)| (u - m).abs()).collect();
-    let width: Vec<f64> = prediction.standard_deviation.iter().map(|s| BAND * s).collect();
-    let shared = program::range(&slice.rows(&exact));
-    let with_data = |map: Map| Map {
-        marks: [("u observed", &observed.places), ("equation imposed", &observed.collocation)]
-            .map(|(name, places)| (name.into(), places.iter().map(|x| [x[0], x[1]]).collect()))
-            .to_vec(),
-        ..map
-    };
-    let panels = [
-        slice.map("u exact", &exact, Some(shared)),
-        with_data(slice.map(&format!("{label}: û and data"), &prediction.mean, Some(shared))),
+) -> Vec<Panel> {
+    let error: Vec<f64> = exact.iter().zip(mean).map(|(u, m)| (u - m).abs()).collect();
+    let width: Vec<f64> = standard_deviation.iter().map(|s| BAND * s).collect();
+    let shared = program::range(&slice.rows(exact));
+    let places = [("u observed", &observed.places), ("equation imposed", &observed.collocation)];
+    let marks = places
+        .map(|(name, places)| (name.into(), places.iter().map(|x| [x[0], x[1]]).collect()))
+        .to_vec();
+    [
+        slice.map("u exact", exact, Some(shared)),
+        Map { marks, ..slice.map(&format!("{label}: û and data"), mean, Some(shared)) },
         slice.map(&format!("{label}: |u − û|"), &error, None),
         slice.map(&format!("{label}: half-width of the 95 % band"), &width, None),
     ]
     .map(Panel::Map)
-    .to_vec();
-    Ok(panels)
+    .to_vec()
 }
 
 /// The equation's first parameter after each iteration, from every start (Fig. 4.9).
@@ -147,7 +131,9 @@ fn band(mean: &[f64], deviation: &[f64]) -> Vec<[f64; 2]> {
 struct Slice<const D: usize> {
     points: Vec<[f64; D]>,
     /// Number of the point at each place of the grid, row by row along the second axis.
-    places: Vec<Vec<Option<usize>>>,
+    places: Vec<Option<usize>>,
+    /// Places in a row.
+    count: usize,
     names: [String; 2],
     ranges: [[f64; 2]; 2],
 }
@@ -159,31 +145,23 @@ impl<const D: usize> Slice<D> {
             from[axis] + (to[axis] - from[axis]) * k as f64 / (count - 1) as f64
         };
         let mut points = Vec::new();
-        let places = (0..count)
-            .map(|row| {
-                (0..count)
-                    .map(|column| {
-                        let mut point = to;
-                        (point[0], point[1]) = (coordinate(0, column), coordinate(1, row));
-                        domain.contains(point).then(|| {
-                            points.push(point);
-                            points.len() - 1
-                        })
-                    })
-                    .collect()
+        let mut place = |at: usize| {
+            let mut point = to;
+            (point[0], point[1]) = (coordinate(0, at % count), coordinate(1, at / count));
+            domain.contains(point).then(|| {
+                points.push(point);
+                points.len() - 1
             })
-            .collect();
-        Self {
-            points,
-            places,
-            names: [0, 1].map(|axis| domain.names()[axis].clone()),
-            ranges: [0, 1].map(|axis| [from[axis], to[axis]]),
-        }
+        };
+        let places = (0..count * count).map(&mut place).collect();
+        let names = [0, 1].map(|axis| domain.names()[axis].clone());
+        let ranges = [0, 1].map(|axis| [from[axis], to[axis]]);
+        Self { points, places, count, names, ranges }
     }
 
     fn rows(&self, values: &[f64]) -> Vec<Vec<Option<f64>>> {
         let value = |place: &Option<usize>| place.map(|number| rounded(values[number]));
-        self.places.iter().map(|row| row.iter().map(value).collect()).collect()
+        self.places.chunks(self.count).map(|row| row.iter().map(value).collect()).collect()
     }
 
     fn map(&self, title: &str, values: &[f64], scale: Option<[f64; 2]>) -> Map {
@@ -200,23 +178,14 @@ impl<const D: usize> Slice<D> {
     }
 }
 
-/// Errors of u and, where there are any, of the parameters over the number that varies in a sweep: one line per method
-/// through the medians of the rows of one problem, within their range.
-pub(crate) fn sweeps(problem: &str, abscissa: &str, rows: &[&Row]) -> Vec<Chart> {
-    let charts = [
-        sweep([problem, "solution"], [abscissa, "mean |u − û|"], rows, |row| Some(row.err_u())),
-        sweep([problem, "parameters"], [abscissa, "‖θ − θ̂‖"], rows, Row::err_theta),
-    ];
-    charts.into_iter().filter(|chart| !chart.series.is_empty()).collect()
-}
-
-fn sweep(
-    title: [&str; 2],
-    axes: [&str; 2],
-    rows: &[&Row],
+/// An error over the number of data: one line per method through the medians of the rows, within their range.
+pub(crate) fn sweep(
+    [title, ordinate]: [&str; 2],
+    rows: &[Row],
     value: impl Fn(&Row) -> Option<Distribution>,
 ) -> Chart {
-    let mut chart = Chart::new(title.join(": "), axes, [false, true]);
+    let title = format!("Advection-diffusion: {title}");
+    let mut chart = Chart::new(title, ["N_u + N_f", ordinate], [false, true]);
     for row in rows {
         let (Some(x), Some(found)) = (row.label.abscissa, value(row)) else { continue };
         let name = row.label.method.label();

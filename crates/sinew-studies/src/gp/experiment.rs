@@ -1,6 +1,6 @@
 //! An experiment: cases, each run on several data sets.
 
-use crate::gp::row::{Label, Method, Row, Run, Thesis, Truth};
+use crate::gp::row::{Label, Method, Row, Run, Truth};
 use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -65,18 +65,15 @@ pub(crate) type Runner = Box<dyn Fn(&Task) -> Result<Run> + Send + Sync>;
 pub struct Case {
     /// Subject.
     pub label: Label,
-    /// Seconds that one task takes, roughly: what the time left is reckoned with.
-    pub cost: f64,
     /// Does one task.
     pub run: Runner,
 }
 
 impl Case {
-    /// Case of a method on a problem with parameters: the work of one task, and its seconds.
+    /// Case of a method on a problem with parameters: the work of one task.
     pub(crate) fn new(
         (problem, truth): (&str, &[Truth]),
         method: Method,
-        cost: f64,
         run: impl Fn(&Task) -> Result<Run> + Send + Sync + 'static,
     ) -> Self {
         let label = Label {
@@ -85,9 +82,8 @@ impl Case {
             method,
             abscissa: None,
             truth: truth.to_vec(),
-            thesis: Thesis::default(),
         };
-        Self { label, cost, run: Box::new(run) }
+        Self { label, run: Box::new(run) }
     }
 
     /// Case with a label that distinguishes it from others of the same problem and method.
@@ -102,16 +98,10 @@ impl Case {
         self
     }
 
-    /// Case with the thesis' figures: err_u, and parameters each with one unit of its last digit.
-    pub(crate) fn thesis(mut self, err_u: f64, theta: &[(f64, f64)]) -> Self {
-        self.label.thesis = Thesis { err_u: Some(err_u), err_f: None, theta: theta.to_vec() };
-        self
-    }
-
     /// Name in files, unique within an experiment.
     pub fn key(&self) -> String {
         let label = &self.label;
-        let text = format!("{} {} {}", label.problem, label.method.key(), label.setting);
+        let text = format!("{} {} {}", label.problem, label.method.label(), label.setting);
         let plain = text.to_lowercase().replace(|c: char| !c.is_ascii_alphanumeric(), "-");
         let words: Vec<&str> = plain.split('-').filter(|word| !word.is_empty()).collect();
         words.join("-")

@@ -1,16 +1,11 @@
 //! The experiments of §1.7.3 and §4.8, one file for each or for a small family.
 
-mod advection_diffusion;
 mod allen_cahn;
-mod boundary_points;
-mod heat;
-mod helmholtz;
-mod noise;
+mod noisy;
 mod pinn;
 mod poisson_1;
 mod poisson_2;
 mod rivals;
-mod wave;
 
 use crate::gp::experiment::{Experiment, Scale};
 use crate::program;
@@ -50,10 +45,6 @@ pub enum Name {
     AllenCahn,
     /// Four problems beside finite differences and least squares (beyond the thesis)
     Rivals,
-    /// Number of pseudo-observations that a PCGP needs (Fig. 4.6)
-    BoundaryPoints,
-    /// Noise from 0 to 10 % (Fig. 4.7)
-    Noise,
 }
 
 impl Name {
@@ -80,16 +71,14 @@ impl Name {
             Self::Pinn => pinn::experiment(scale),
             Self::Poisson1 => poisson_1::experiment(scale)?,
             Self::Poisson2 => poisson_2::experiment(scale)?,
-            Self::Heat1 => heat::one_dimension(scale)?,
-            Self::Heat2 => heat::two_dimensions(scale)?,
-            Self::Wave1 => wave::free_ends(scale)?,
-            Self::Wave2 => wave::periodic(scale)?,
-            Self::AdvectionDiffusion => advection_diffusion::experiment(scale)?,
-            Self::Helmholtz => helmholtz::experiment(scale)?,
+            Self::Heat1 => noisy::heat_1(scale)?,
+            Self::Heat2 => noisy::heat_2(scale)?,
+            Self::Wave1 => noisy::wave_1(scale)?,
+            Self::Wave2 => noisy::wave_2(scale)?,
+            Self::AdvectionDiffusion => noisy::advection_diffusion(scale)?,
+            Self::Helmholtz => noisy::helmholtz(scale)?,
             Self::AllenCahn => allen_cahn::experiment(scale)?,
             Self::Rivals => rivals::experiment(scale)?,
-            Self::BoundaryPoints => boundary_points::experiment(scale)?,
-            Self::Noise => noise::experiment(scale)?,
         })
     }
 }

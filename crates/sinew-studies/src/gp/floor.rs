@@ -45,7 +45,7 @@ pub(crate) fn case<const D: usize>(
             ..Run::default()
         })
     };
-    Case::new(setting.named(), method, 0.02, run)
+    Case::new(setting.named(), method, run)
 }
 
 /// Parameters by least squares.

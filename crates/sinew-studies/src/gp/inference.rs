@@ -238,9 +238,9 @@ impl<const D: usize> Inference<D> {
     }
 
     /// The case of this inference.
-    pub(crate) fn case(self, cost: f64) -> Case {
+    pub(crate) fn case(self) -> Case {
         let setting = self.setting.clone();
-        Case::new(setting.named(), self.approach.method(), cost, move |task| self.run(task))
+        Case::new(setting.named(), self.approach.method(), move |task| self.run(task))
     }
 
     fn prior(&self, task: &Task) -> Result<Prior<D>, GpError> {
@@ -333,18 +333,17 @@ impl<const D: usize> Inference<D> {
     }
 }
 
-/// All three approaches on the same data, the PCGP with `boundary` pseudo-observations, with what each costs.
+/// All three approaches on the same data, the PCGP with `boundary` pseudo-observations.
 pub(crate) fn approaches<const D: usize>(
     setting: &Setting<D>,
     sampling: Sampling,
     boundary: usize,
-    costs: [f64; 3],
     scale: Scale,
-) -> [Case; 3] {
-    let case = |approach, cost| Inference::sampled(setting, approach, sampling, scale).case(cost);
-    [
-        case(Approach::Constrained, costs[0]),
-        case(Approach::Penalised(boundary), costs[1]).at(format!("N_b = {boundary}")),
-        case(Approach::Unconstrained, costs[2]),
+) -> Vec<Case> {
+    let case = |approach| Inference::sampled(setting, approach, sampling, scale).case();
+    vec![
+        case(Approach::Constrained),
+        case(Approach::Penalised(boundary)).at(format!("N_b = {boundary}")),
+        case(Approach::Unconstrained),
     ]
 }

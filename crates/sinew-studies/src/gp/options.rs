@@ -33,10 +33,6 @@ pub struct Options {
     #[arg(long)]
     #[serde(skip)]
     pub resume: bool,
-    /// Print report.json to standard output at the end
-    #[arg(long)]
-    #[serde(skip)]
-    pub json: bool,
 }
 
 impl Options {

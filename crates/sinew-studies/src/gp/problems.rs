@@ -54,9 +54,6 @@ fn insulated<const D: usize>() -> Condition<D> {
 }
 
 /// −u″ = f, u(0) = u′(0) = 0, u′(2) = u(2); u = x² needs f = −2, where the thesis prints 2.
-///
-/// # Errors
-/// None that the constants here can cause; those of the library are passed on.
 pub(crate) fn poisson_1() -> Result<Setting<1>, GpError> {
     let domain = Domain::interval("x", [0.0, 2.0])?;
     let [dx] = domain.derivatives();

@@ -1,7 +1,8 @@
 //! Rows as the tables and sections of a report.
 
 use crate::gp::draw::BAND;
-use crate::gp::row::{Covered, Label, Row};
+use crate::gp::row::{Covered, Row};
+use crate::thesis;
 use sinew_report::format::{digits, rounded};
 use sinew_report::{Block, Cell, Column, Distribution, Figure, ReportError, Section, Table, Value};
 
@@ -15,11 +16,11 @@ pub fn section(
 ) -> Result<Section, ReportError> {
     let mut table = Table::new(
         [
-            Column::new("err_u", "").about(
+            Column::new(ERR_U, "").about(
                 "mean |u − û| over a grid of the domain (4.50); û is the posterior mean, or the network",
             ),
-            Column::new("err_f", "").about("mean |f − f̂|, f the right-hand side"),
-            Column::new("‖θ − θ̂‖", "").about("Euclidean distance from the true values (4.50)"),
+            Column::new(ERR_F, "").about("mean |f − f̂|, f the right-hand side"),
+            Column::new(ERR_THETA, "").about("Euclidean distance from the true values (4.50)"),
         ],
         [Column::new("seconds", "").about(
             "one fit on one thread: prior, model, all restarts",
@@ -37,7 +38,7 @@ pub fn section(
         ],
     );
     for row in rows {
-        table.push(self::row(row)?)?;
+        table.push(self::row(&name, row)?)?;
     }
     let mut blocks = vec![Block::Text(about.into()), Block::Table(table)];
     blocks.extend(rows.iter().filter_map(coverage).map(Block::Text));
@@ -46,14 +47,17 @@ pub fn section(
     Ok(Section { name, title: title.into(), blocks })
 }
 
-fn row(row: &Row) -> Result<sinew_report::Row, ReportError> {
-    let (label, thesis) = (&row.label, &row.label.thesis);
-    let cell = |value: Value, printed| Cell::from(value).against("the thesis’", printed);
-    let own = sinew_report::Row::new(
-        label.method.label(),
-        cell(row.err_u().into(), thesis.err_u),
-        row.spread(|run| run.seconds),
-    )?;
+fn row(section: &str, row: &Row) -> Result<sinew_report::Row, ReportError> {
+    let label = &row.label;
+    let (subject, about) = (label.problem.clone(), label.setting.clone());
+    let seconds = row.spread(|run| run.seconds);
+    let own = sinew_report::Row::new(label.method.label(), row.err_u(), seconds)?;
+    let own = sinew_report::Row { subject, about, ..own };
+    let name = own.name();
+    let printed = |column: &str| thesis::printed_median([section, &name, column]);
+    let cell = |value: Value, column: &str| {
+        Cell::from(value).against("the thesis’", printed(column).map(|printed| printed.limit))
+    };
     let failed = match row.failures.len() {
         0 => String::new(),
         failed => format!("{failed} more gave no result: {}", row.failures.join("; ")),
@@ -62,26 +66,24 @@ fn row(row: &Row) -> Result<sinew_report::Row, ReportError> {
     let collapsed = runs.iter().filter(|run| run.collapsed).count();
     let collapsed = Value::Text(format!("{collapsed} of {}", runs.len()));
     let jitter = runs.iter().filter_map(|run| run.jitter).reduce(f64::max);
-    let evaluations = row.optional(|run| run.evaluations.map(|count| count as f64));
-    let (subject, about) = (label.problem.clone(), label.setting.clone());
-    Ok(sinew_report::Row { subject, about, ..own }
-        .error(cell(row.optional(|run| run.err_f).into(), thesis.err_f))
-        .error(cell(row.err_theta().into(), thesis.err_theta(&label.truth)))
+    let errors = vec![
+        cell(row.err_u().into(), ERR_U),
+        cell(row.optional(|run| run.err_f).into(), ERR_F),
+        cell(row.err_theta().into(), ERR_THETA),
+    ];
+    let theta = printed(ERR_THETA).map(|printed| printed.printed.replace(',', ", "));
+    Ok(sinew_report::Row { errors, ..own }
         .other(Value::Several(row.theta().into_iter().map(Value::from).collect()))
-        .other(printed(label))
-        .other(evaluations)
+        .other(theta.unwrap_or_default())
+        .other(row.optional(|run| run.evaluations.map(|count| count as f64)))
         .other(jitter.map(|jitter| rounded(jitter, 2)))
         .other(Cell { note: failed, ..Cell::from(collapsed) }))
 }
 
-/// The thesis' parameters with the digits it prints.
-fn printed(label: &Label) -> String {
-    let text = |(value, digit): &(f64, f64)| {
-        let decimals = (-digit.log10()).round().max(0.0) as usize;
-        format!("{value:.decimals$}")
-    };
-    label.thesis.theta.iter().map(text).collect::<Vec<_>>().join(", ")
-}
+/// Columns that the thesis prints figures for.
+const ERR_U: &str = "err_u";
+const ERR_F: &str = "err_f";
+const ERR_THETA: &str = "‖θ − θ̂‖";
 
 /// Every restart of the first data set: what the best one was chosen from.
 fn restarts(rows: &[Row]) -> Option<Block> {

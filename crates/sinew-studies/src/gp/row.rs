@@ -31,11 +31,6 @@ impl Method {
         ["HCGP", "PCGP", "UCGP", "HCNN", strong, energy, "noise floor", "lines, least squares"]
             [self as usize]
     }
-
-    /// Name in files and style classes.
-    pub(crate) fn key(self) -> &'static str {
-        ["hcgp", "pcgp", "ucgp", "hcnn", "strong", "energy", "floor", "lines"][self as usize]
-    }
 }
 
 /// Result of one random start of a fit.
@@ -89,9 +84,6 @@ pub struct Run {
 
 impl Run {
     /// Row with numbers that can be printed.
-    ///
-    /// # Errors
-    /// If error or time is not finite or negative, or a parameter not finite.
     pub(crate) fn checked(self) -> Result<Self, ReportError> {
         let positive = [("err_u", self.err_u), ("seconds", self.seconds)];
         let sizes = self.theta.iter().map(|value| ("θ", value.abs()));
@@ -100,28 +92,6 @@ impl Run {
             Some((field, value)) => Err(ReportError::Number(field.into(), value)),
             None => Ok(self),
         }
-    }
-}
-
-/// Printed figures of the thesis.
-#[derive(Clone, Debug, Default)]
-pub struct Thesis {
-    /// Mean |u − û|.
-    pub err_u: Option<f64>,
-    /// Mean |f − f̂|.
-    pub err_f: Option<f64>,
-    /// Inferred parameters, each with one unit of its last printed digit; empty if not printed.
-    pub theta: Vec<(f64, f64)>,
-}
-
-impl Thesis {
-    /// ‖θ − θ̂‖ of the printed parameters, half a digit of rounding included; none if not printed.
-    pub(crate) fn err_theta(&self, truth: &[Truth]) -> Option<f64> {
-        let off = |((printed, digit), truth): (&(f64, f64), &Truth)| {
-            ((printed - truth.value).abs() + 0.5 * digit).powi(2)
-        };
-        let squares: f64 = self.theta.iter().zip(truth).map(off).sum();
-        (!self.theta.is_empty()).then(|| squares.sqrt())
     }
 }
 
@@ -147,8 +117,6 @@ pub struct Label {
     pub abscissa: Option<f64>,
     /// Parameters to be inferred.
     pub truth: Vec<Truth>,
-    /// The thesis' figures.
-    pub thesis: Thesis,
 }
 
 /// One method on one problem, over all data sets.

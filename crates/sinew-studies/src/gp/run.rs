@@ -6,13 +6,13 @@ use crate::gp::options::Options;
 use crate::gp::report::section;
 use crate::gp::row::{Row, Run};
 use crate::gp::workers;
-use crate::timing::WallClock;
-use crate::{manifest, program};
+use crate::program::Growing;
+use crate::{program, timing};
 use anyhow::{Result, ensure};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
-use sinew_emulate::{Counter, Terminal, store};
-use sinew_report::{Report, Section};
+use sinew_emulate::{Counter, Terminal};
+use sinew_report::Section;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
@@ -38,47 +38,45 @@ struct Beginning {
 /// Whatever keeps the report from being made: options that contradict an interrupted run, problems that cannot
 /// be set up, files that cannot be written. A fit that fails is told in the report.
 pub fn reproduce_gp(options: &Options) -> Result<PathBuf> {
-    let provenance = manifest::of_this_run(options.seed, options.threads(), options)?;
-    let (clock, earlier_revision) = begin(options, &provenance.revision)?;
-    store::write_json(&options.out.join("manifest.json"), &provenance)?;
+    let names = [
+        "Boundary conditions built in: Gaussian processes and networks",
+        "The experiments of chapter 4 and §1.7.3 of the thesis, beside the figures it prints, and a nonlinear equation \
+         beyond them.",
+    ];
+    let mut growing = Growing::new(names, (options.seed, options.quick), options, |report| {
+        let [all, met] = report.verdicts();
+        format!("{met} of {all} errors that the thesis prints are met or bettered.")
+    })?;
+    let provenance = &mut growing.report.provenance;
+    provenance.threads = options.threads();
+    let earlier = begin(options, &provenance.revision)?;
+    growing.report.notes = notes(options, &provenance.revision, &earlier);
+    growing.report.definitions = program::definitions(DEFINITIONS);
     let scale = Scale { quick: options.quick };
     let experiments: Vec<(Name, Experiment)> = Name::chosen(&options.only)
         .into_iter()
         .map(|name| Ok((name, name.experiment(scale)?)))
         .collect::<Result<_>>()?;
-    let outcomes = outcomes(options, &experiments, &clock)?;
-    let mut notes = notes(options, &provenance.revision, &earlier_revision);
+    let outcomes = outcomes(options, &experiments)?;
     let mut sections = Vec::new();
     for ((name, experiment), outcomes) in experiments.into_iter().zip(outcomes) {
-        sections.extend(gather(name, experiment, outcomes, &mut notes)?);
+        sections.extend(gather(name, experiment, outcomes, &mut growing.report.notes)?);
     }
-    let provenance = provenance.finished(clock.save()?.as_secs_f64());
-    let mut report = Report::new(
-        "Boundary conditions built in: Gaussian processes and networks",
-        "The experiments of chapter 4 and §1.7.3 of the thesis, beside the figures it prints, and a nonlinear equation \
-         beyond them.",
-        provenance,
-    );
-    report.sections = sections;
-    report.notes = notes;
-    let [all, met] = report.verdicts();
-    report.headline = format!("{met} of {all} errors that the thesis prints are met or bettered.");
-    report.definitions =
-        DEFINITIONS.map(|(term, text)| (term.to_string(), text.to_string())).to_vec();
-    let page = report.write(&options.out)?;
-    eprintln!("\n{}", report.headline);
-    if options.json {
-        println!("{}", report.to_json()?);
+    let mut page = options.out.join("report.html");
+    for section in sections {
+        page = growing.add(section, &options.out)?;
     }
+    eprintln!("\n{}", growing.report.headline);
     Ok(page)
 }
 
-/// Prepares the output folder: empties it of an earlier run, or sees to it that the earlier run can be continued.
-fn begin(options: &Options, revision: &str) -> Result<(WallClock, String)> {
+/// Prepares the output folder: empties it of an earlier run, or sees to it that the earlier run can be continued; the revision
+/// that it was begun with.
+fn begin(options: &Options, revision: &str) -> Result<String> {
     let folders: Vec<String> = Name::value_variants().iter().map(|name| name.key()).collect();
     let beginning = Beginning { options: options.clone(), revision: revision.into() };
-    let (clock, stored) = WallClock::begin(&options.out, &folders, options.resume, beginning)?;
-    let earlier = &stored.options;
+    let stored = timing::begin_in(&options.out, &folders, options.resume, &beginning)?;
+    let Beginning { options: earlier, revision } = stored.unwrap_or(beginning);
     // More data sets or other experiments may be added; what a stored fit means must not change.
     ensure!(
         (earlier.seed, earlier.quick) == (options.seed, options.quick),
@@ -87,7 +85,7 @@ fn begin(options: &Options, revision: &str) -> Result<(WallClock, String)> {
         earlier.seed,
         if earlier.quick { " --quick" } else { "" }
     );
-    Ok((clock, stored.revision))
+    Ok(revision)
 }
 
 fn notes(options: &Options, revision: &str, earlier: &str) -> Vec<String> {
@@ -104,11 +102,6 @@ fn notes(options: &Options, revision: &str, earlier: &str) -> Vec<String> {
          that of the printed number and half of its last digit."
             .to_string(),
     ];
-    if options.quick {
-        notes.push(
-            "A quick check of the code path with one data set and few steps: its errors mean nothing.".to_string(),
-        );
-    }
     if revision != earlier {
         notes.push(format!(
             "Continued: the run was started with revision {earlier} of the source, some fits are of that."
@@ -130,7 +123,6 @@ struct Piece {
 fn outcomes(
     options: &Options,
     experiments: &[(Name, Experiment)],
-    clock: &WallClock,
 ) -> Result<Vec<Vec<Vec<Outcome>>>> {
     let mut pieces = Vec::new();
     for (experiment, (_, content)) in experiments.iter().enumerate() {
@@ -140,11 +132,8 @@ fn outcomes(
         }
     }
     let case = |piece: &Piece| &experiments[piece.experiment].1.cases[piece.case];
-    // Milliseconds, roughly.
-    let cost = |piece: &Piece| 1 + (1e3 * case(piece).cost) as usize;
     let mut terminal = Terminal::default();
-    let total = pieces.iter().map(cost).sum();
-    let counter = Mutex::new(Counter::new(&mut terminal, "fits", 0, total));
+    let counter = Mutex::new(Counter::new(&mut terminal, "fits", 0, pieces.len()));
     let done = workers::each(options.threads(), &pieces, |piece| {
         let name = experiments[piece.experiment].0.key();
         let folder = options.out.join(&name).join(case(piece).key());
@@ -157,10 +146,7 @@ fn outcomes(
                 Err(error) => Outcome::Failed(format!("{error:#}")),
             })
         })?;
-        // Under the lock, since it is one file for all.
-        let mut counter = counter.lock().unwrap_or_else(|e| e.into_inner());
-        clock.save()?;
-        let _ = counter.step(cost(piece), &name);
+        let _ = counter.lock().unwrap_or_else(|e| e.into_inner()).step(1, &name);
         Ok(outcome)
     })?;
     counter

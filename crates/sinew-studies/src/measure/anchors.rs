@@ -1,5 +1,6 @@
 //! Errors of Taylor expansions about several solved states, beside regression on as many solves, over uniform parameter sets.
 
+use crate::program::quantiles;
 use anyhow::Result;
 use sinew::{Case, Design, Emulator};
 use sinew_emulate::PodRegression;
@@ -49,8 +50,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
 /// Prints median, 99 % quantile and largest of all nodal errors.
 fn tell<F: AsRef<[f64]>>(method: &str, found: &[F], truths: &[Vec<f64>]) {
     let pairs = found.iter().zip(truths);
-    let mut errors: Vec<f64> = pairs.flat_map(|(u, v)| displacement_error(u.as_ref(), v)).collect();
-    errors.sort_by(f64::total_cmp);
-    let at = |share: f64| errors[(share * (errors.len() - 1) as f64) as usize];
-    println!("{method}: median {:.2e}, 99 % {:.2e}, largest {:.2e}", at(0.5), at(0.99), at(1.0));
+    let errors: Vec<f64> = pairs.flat_map(|(u, v)| displacement_error(u.as_ref(), v)).collect();
+    let [median, most, all] = quantiles(errors, [0.5, 0.99, 1.0]);
+    println!("{method}: median {median:.2e}, 99 % {most:.2e}, largest {all:.2e}");
 }

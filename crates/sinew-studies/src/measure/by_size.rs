@@ -9,6 +9,7 @@ use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Body, Load, Parameter, Scene, Support, metrics::mean_and_largest};
 use sinew_fem::{CHAIN, Options, sweep};
 use sinew_mesh::box_tetrahedra;
+use sinew_num::difference;
 use std::sync::{Mutex, PoisonError};
 
 const SEED: u64 = 7;
@@ -104,8 +105,7 @@ fn measure(body: &Body, (sets, accuracy, solved): (usize, f64, usize)) -> Result
     }
     for (truth, answer) in found.iter().zip(&answers.answers) {
         let (Ok(truth), Ok(answer)) = (truth, answer) else { continue };
-        let apart = truth.displacement.iter().zip(&answer.displacement).map(|(a, b)| a - b);
-        let apart: Vec<f64> = apart.collect();
+        let apart = difference(&truth.displacement, &answer.displacement);
         errors.push(mean_and_largest(&apart)[0] / mean_and_largest(&truth.displacement)[0]);
     }
     errors.sort_by(f64::total_cmp);

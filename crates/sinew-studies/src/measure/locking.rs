@@ -1,15 +1,14 @@
 //! Displacement that linear tetrahedra lose, by the estimate and by a solve in quadratic ones.
 
-use super::mean_ventricle::fibres;
+use super::mean_ventricle::with_fibres;
 use super::organ::ventricle::{self, BULK_MODULUS, MMHG};
 use super::organ::ventricles::{published, ventricles};
-use super::real_heart::{measured, with_fibres};
+use super::real_heart;
 use anyhow::{Context, Result, bail};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::{Options, Solver, compare_formulations, locking};
 use sinew_mesh::{AnyMesh, TetMesh, TruncatedEllipsoid, box_tetrahedra};
-use std::path::Path;
 use std::time::Instant;
 
 /// Prints a row for each body, plain and averaged.
@@ -84,22 +83,18 @@ fn livers() -> Result<()> {
 
 fn ellipsoid(cells: [usize; 3]) -> Result<Scene> {
     let shape = TruncatedEllipsoid { short: [22.0, 36.0], long: [58.0, 74.0], base: 0.0 };
-    let mut mesh = shape.wall(cells).tetrahedra();
-    let fibres = fibres(&mesh, ["endo", "epi", "base"])?;
-    mesh.cell_fields.insert("fibre".into(), sinew_mesh::Field::vectors(&fibres));
-    let cavity = mesh.facet_sets["endo"].clone();
-    mesh.facet_sets.insert("region:1".into(), cavity);
+    let mesh = with_fibres(shape.wall(cells).tetrahedra(), ["endo", "epi", "base"])?;
     Ok(ventricle::scene(mesh, BULK_MODULUS))
 }
 
 fn hearts() -> Result<()> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/meshes/biv-me");
-    if !folder.exists() {
+    let frames = real_heart::frames()?;
+    if frames.is_empty() {
         println!("the surfaces of a real heart are absent");
-        return Ok(());
     }
-    for (name, surfaces) in measured(&folder)?.iter().step_by(2) {
-        let scene = ventricle::scene(with_fibres(&surfaces.wall(700)?)?, BULK_MODULUS);
+    for (name, surfaces) in frames.iter().step_by(2) {
+        let wall = surfaces.wall(700)?.tetrahedra();
+        let scene = ventricle::scene(with_fibres(wall, real_heart::SIDES)?, BULK_MODULUS);
         rows(&format!("real heart, frame {name}"), scene, &[0.2, 3.0, 3.0, 3.0, 12.0 * MMHG])?;
     }
     Ok(())

@@ -20,16 +20,10 @@ pub struct Arguments {
     /// Columns that are parameters
     #[arg(long, value_name = "NAMES")]
     parameters: Option<String>,
-    /// Columns to emulate [default: all others]
-    #[arg(long, value_name = "NAMES")]
-    outputs: Option<String>,
-    /// Parts that are held back in turn
-    #[arg(long, default_value_t = 5)]
-    folds: usize,
-    /// Seed of the order of the runs
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
 }
+
+/// Parts of a table that are held back in turn.
+const FOLDS: usize = 5;
 
 /// Runs of the functions, and runs among them that are learned from.
 const FUNCTIONS: usize = 5400;
@@ -40,17 +34,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let runs = match &arguments.table {
         Some(table) => {
             let parameters = arguments.parameters.as_deref().unwrap_or_default();
-            Runs::read_table(table, parameters, arguments.outputs.as_deref())?
+            Runs::read_table(table, parameters, None)?
         }
         None => functions()?,
     };
     let count = runs.thetas.len();
     let mut order: Vec<usize> = (0..count).collect();
-    order.shuffle(&mut ChaCha8Rng::seed_from_u64(arguments.seed));
+    order.shuffle(&mut ChaCha8Rng::seed_from_u64(0));
     let folds: Vec<(Vec<usize>, Vec<usize>)> = match arguments.table {
-        Some(_) => (0..arguments.folds)
-            .map(|fold| order.iter().partition(|&&run| run % arguments.folds != fold))
-            .collect(),
+        Some(_) => {
+            (0..FOLDS).map(|fold| order.iter().partition(|&&run| run % FOLDS != fold)).collect()
+        }
         None => vec![(order.drain(..LEARNED).collect(), order)],
     };
     let mut tested: Vec<Vec<Tested>> = runs.outputs.iter().map(|_| Vec::new()).collect();

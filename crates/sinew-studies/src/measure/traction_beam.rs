@@ -1,6 +1,7 @@
 //! Solves two beams of the thesis under a pressure that follows their loose lower side, at points all over their parameter
 //! ranges, and counts.
 
+use crate::program::quantiles;
 use anyhow::Result;
 use sinew_energy::laws::{Guccione, HolzapfelOgden};
 use sinew_energy::{Body, Law, Load, Magnitude, Material, Parameter, Scene, SceneError, Support};
@@ -65,17 +66,13 @@ fn count(name: &str, body: &Body, [low, high]: [f64; 2], points: usize) -> Resul
             }
         }
     }
-    iterations.sort_unstable();
-    steps.sort_unstable();
-    let quantiles = |sorted: &[usize]| {
-        [0.5, 0.9, 1.0].map(|part| sorted[((sorted.len() - 1) as f64 * part) as usize])
-    };
+    const SHARES: [f64; 3] = [0.5, 0.9, 1.0];
     println!(
         "{name}: {} solved in {seconds:.1} s, {refused} refused, residual at most {worst:.1e} of the forces; \
          iterations {:?}, load steps {:?} (median, 90 %, most)",
-        iterations.len(),
-        quantiles(&iterations),
-        quantiles(&steps)
+        steps.len(),
+        quantiles(iterations, SHARES),
+        quantiles(steps, SHARES)
     );
     Ok(())
 }

@@ -6,7 +6,7 @@ use crate::timing::cpu_seconds;
 use anyhow::Result;
 use sinew_energy::{Body, Fibres};
 use sinew_fem::{Options, Solver, Unload, UnloadOptions};
-use sinew_num::dot;
+use sinew_num::{difference, dot};
 
 /// The fixed points end when no node is farther off than this \[mm\], or after so many forward solves.
 const CLOSE: f64 = 1e-4;
@@ -82,7 +82,7 @@ fn fixed_point(image: &Body, theta: &[f64], aitken: bool) -> Result<(usize, usiz
             return Ok((systems, solve, cpu_seconds() - start, off));
         }
         if aitken && !before.is_empty() {
-            let change: Vec<f64> = missed.iter().zip(&before).map(|(a, b)| a - b).collect();
+            let change = difference(&missed, &before);
             factor *= -dot(&before, &change) / dot(&change, &change);
         }
         motion.iter_mut().zip(&missed).for_each(|(w, r)| *w -= factor * r);

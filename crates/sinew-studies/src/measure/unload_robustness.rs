@@ -3,9 +3,10 @@
 //! Each shape has a random θ of the box and 4, 8 or 20 mmHg, each frame of the heart 3 θ and 3 pressures; frames of
 //! systole have a tension. A refusal comes with the largest part of the load that has an answer, on this mesh and on a finer one.
 
-use super::mean_ventricle::fibres;
+use super::mean_ventricle::with_fibres;
 use super::organ::ventricle::{self, BOX, BULK_MODULUS, MMHG, scene};
-use crate::hearts::{self, Surfaces};
+use super::real_heart::SIDES;
+use crate::hearts::{FRAMES, Surfaces};
 use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -13,7 +14,7 @@ use rayon::prelude::*;
 use sinew_energy::laws::{ActiveTension, HolzapfelOgden};
 use sinew_energy::{Body, Law, Load, Magnitude, Parameter, Scene};
 use sinew_fem::{LoadSteps, Options, Solver, Unload, UnloadError, UnloadOptions, Unloaded};
-use sinew_mesh::{Field, TetMesh, VentricleShape};
+use sinew_mesh::{TetMesh, VentricleShape};
 use sinew_sample::standard_normals;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -23,7 +24,6 @@ const SEED: u64 = 29;
 const PRESSURES: [f64; 3] = [4.0, 8.0, 20.0];
 /// Nodes of an answer return to the image to this \[mm\], or it is wrong.
 const CLOSED: f64 = 1e-8;
-const FRAMES: [&str; 7] = ["000", "004", "008", "012", "016", "020", "024"];
 /// Frames between end diastole and filling, at 20, 40 and 100 mmHg with a tension of so much [kPa a mmHg].
 const SYSTOLE: [&str; 3] = ["004", "008", "012"];
 const TENSION: f64 = 0.5;
@@ -74,9 +74,8 @@ fn random(index: u64, cells: [usize; 3]) -> Outcome {
         let shape = VentricleShape::new(&numbers).ok()?;
         Some((shape.tetrahedra(cells).ok()?, shape.tetrahedra(cells.map(|c| 3 * c / 2)).ok()?))
     });
-    let Some((mut mesh, mut finer)) = mesh else { return ("no mesh", format!("shape {index}")) };
-    name_sides(&mut mesh);
-    name_sides(&mut finer);
+    let Some((mesh, finer)) = mesh else { return ("no mesh", format!("shape {index}")) };
+    let ideal = |mesh| body(mesh, ["endo", "epi", "base"], false);
     let [a, b, a_f, b_f] = std::array::from_fn(|i| {
         let [least, most] = BOX[i].1;
         least * f64::powf(most / least, random.random())
@@ -84,11 +83,11 @@ fn random(index: u64, cells: [usize; 3]) -> Outcome {
     let pressure = PRESSURES[index as usize % 3];
     let thin = if cells[0] == 1 { "one layer" } else { "" };
     let theta = [a, b, a_f, b_f, pressure * MMHG];
-    match body(mesh, false) {
+    match ideal(mesh) {
         Ok(body) => {
             let (word, mut line) = outcome(&body, &theta, thin);
             if word == "typed" {
-                line += &parts(&body, self::body(finer, false).ok().as_ref(), &theta);
+                line += &parts(&body, ideal(finer).ok().as_ref(), &theta);
             }
             (word, line)
         }
@@ -121,10 +120,8 @@ fn borne(body: &Body, theta: &[f64]) -> f64 {
 /// The frames at three θ and three pressures.
 fn real(folder: &Path, frame: &str) -> Vec<Outcome> {
     let body = |nodes: usize| -> Result<Body> {
-        let surfaces = Surfaces::read(|what| hearts::file(folder, what, frame))?;
-        let mut mesh = surfaces.wall(nodes)?.tetrahedra();
-        name_sides(&mut mesh);
-        self::body(mesh, SYSTOLE.contains(&frame))
+        let mesh = Surfaces::read(folder, frame)?.wall(nodes)?.tetrahedra();
+        self::body(mesh, SIDES, SYSTOLE.contains(&frame))
     };
     let coarse = match body(NODES[0]) {
         Ok(body) => body,
@@ -152,25 +149,17 @@ fn real(folder: &Path, frame: &str) -> Vec<Outcome> {
         .collect()
 }
 
-/// Names the sets that the scene of the tests reads.
-fn name_sides(mesh: &mut TetMesh) {
-    for (from, to) in [("endo", "region:1"), ("endocardium", "region:1"), ("epi", "epicardium")] {
-        if let Some(facets) = mesh.facet_sets.get(from).cloned() {
-            mesh.facet_sets.insert(to.into(), facets);
-        }
-    }
-}
-
 /// θ = (a, b, a_f, b_f, pressure), or with the tension before the pressure.
-fn body(mut mesh: TetMesh, active: bool) -> Result<Body> {
-    let fibres = fibres(&mesh, ["region:1", "epicardium", "base"])?;
-    mesh.cell_fields.insert("fibre".into(), Field::vectors(&fibres));
+fn body(mesh: TetMesh, sides: [&str; 3], active: bool) -> Result<Body> {
+    let mesh = with_fibres(mesh, sides)?;
+    let fibres = mesh.cell_fields["fibre"].to_vectors::<3>();
     let passive = scene(mesh, BULK_MODULUS);
     if !active {
         return Ok(passive.lower()?);
     }
     let muscle = HolzapfelOgden.nearly_incompressible(BULK_MODULUS).with_active(ActiveTension);
-    let material = muscle.along(fibres.into_iter().map(|fibre| [fibre]).collect());
+    let fibres = fibres.into_iter().flatten().map(|fibre| [fibre]).collect();
+    let material = muscle.along(fibres);
     let mut parameters = passive.parameters.clone();
     parameters.insert(BOX.len(), Parameter::linear("T_a", "kPa", 0.0..=100.0));
     let magnitude = Magnitude::Theta(BOX.len() + 1);

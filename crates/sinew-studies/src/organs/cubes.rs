@@ -1,13 +1,11 @@
 //! The twisting cube on the thesis' five meshes (Table 3.2): one network goes from the coarsest to the finest.
 
-pub(crate) mod meshes;
-
 use crate::organs::options::Options;
-use crate::organs::run::{test_set, train};
+use crate::organs::parts::{CUBES as KEY, MESHES, Mesh};
+use crate::organs::run::{begin, test_set, train};
 use crate::program;
 use crate::timing::peak_kb;
 use anyhow::{Context, Result};
-use meshes::{KEY, MESHES, Mesh};
 use serde::{Deserialize, Serialize};
 use sinew::recipe::PhysicsInformed;
 use sinew::{Body, Case, Emulator, Recipe, TestSet};
@@ -46,7 +44,7 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
         [Column::new("memory", "GB").about("most that the process has used so far")],
     );
     let mut chart = Chart::new("Prediction time", ["nodes", "time [s]"], [true; 2]);
-    crate::organs::run::begin(options, KEY)?;
+    begin(options, KEY)?;
     let mut before: Option<PathBuf> = None;
     let [mut full, mut decoder] = [Vec::new(), Vec::new()];
     for mesh in meshes {

@@ -1,6 +1,6 @@
 //! Errors over the plane of two parameters, within the trained ranges and beyond (thesis Fig. 3.9).
 
-use crate::organs::regions::median;
+use crate::organs::regions::log_median;
 use crate::program;
 use anyhow::Result;
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,7 @@ use sinew_emulate::Terminal;
 use sinew_report::{Block, Figure, Map, Panel};
 
 /// Points along each parameter.
-const POINTS: usize = 13;
+pub(crate) const POINTS: usize = 13;
 /// Extent of the map beyond a range, as a share of it on the scale of its sampling.
 const BEYOND: f64 = 0.5;
 
@@ -25,16 +25,11 @@ pub struct ErrorMap {
     emulators: Vec<(String, Vec<Vec<Option<f64>>>)>,
 }
 
-/// Solves over the plane and asks the emulators; `points` along each parameter, or the usual number.
+/// Solves over the plane and asks the emulators, with `points` along each parameter.
 ///
 /// # Errors
 /// A body with other than two parameters on logarithmic scales, files that cannot be read.
-pub fn map(
-    body: &Body,
-    emulators: &[(&str, &Emulator<'_>)],
-    points: Option<usize>,
-) -> Result<ErrorMap> {
-    let points = points.unwrap_or(POINTS);
+pub fn map(body: &Body, emulators: &[(&str, &Emulator<'_>)], points: usize) -> Result<ErrorMap> {
     let [first, second] = &body.parameters[..] else {
         anyhow::bail!("a map is over two parameters, not {}", body.parameters.len());
     };
@@ -60,7 +55,7 @@ pub fn map(
         let cases = test.cases(&emulator.predict(&test.thetas)?.fields())?;
         let median = |theta: &Vec<f64>| {
             let case = test.thetas.iter().position(|solved| solved == theta)?;
-            median(cases[case].err_u.clone()).map(f64::log10)
+            log_median(cases[case].err_u.clone())
         };
         let rows = thetas.chunks(points).map(|row| row.iter().map(median).collect()).collect();
         maps.push((name.to_string(), rows));

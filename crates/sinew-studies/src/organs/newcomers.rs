@@ -1,15 +1,13 @@
 //! An emulator of one ventricle meets others (thesis B.5): other shapes, other meshes, other numbers of nodes.
 
-pub(crate) mod shapes;
-
 use crate::hearts::{self, Surfaces};
 use crate::organs::options::Options;
-use crate::organs::run::{CORRECTIONS, test_set, train};
-use crate::organs::scenes::{ORGANS, Organ};
+use crate::organs::parts::{NEWCOMER_S, NEWCOMERS as KEY, SHAPES, Shape, Source};
+use crate::organs::run::{CORRECTIONS, begin, case, same, test_set, train};
+use crate::organs::scenes::ORGANS;
 use crate::program;
 use anyhow::{Context, Result, ensure};
 use nalgebra::{Rotation3, Vector3};
-use shapes::{KEY, SECONDS, SHAPES, Shape, Source};
 use sinew::recipe::PhysicsInformed;
 use sinew::{Body, Case, Comparison, Recipe};
 use sinew_emulate::Budget;
@@ -28,15 +26,14 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
         start.join("emulator").exists(),
         "there is no emulator of the ventricle to start from; run the scene `ventricle` with the recipe pi first"
     );
-    crate::organs::run::same(options, organ.key)?;
-    crate::organs::run::begin(options, KEY)?;
+    same(options, organ.key)?;
+    begin(options, KEY)?;
     let budget = budget(options);
     let spent = match budget {
         Budget::Seconds(seconds) => format!("{seconds:.0} s"),
         _ => "a few steps".into(),
     };
-    let (trained, _) =
-        crate::organs::run::case(options, organ)?.context("the ventricle is absent")?;
+    let (trained, _) = case(options, organ)?.context("the ventricle is absent")?;
     let mut blocks = vec![Block::Text(format!(
         "The emulator that was trained by energy on {} meets ventricles of other shapes, meshes and numbers of nodes: as it \
          is, but for one solve that tells where to begin, after {spent} of training by energy there, and beside an emulator \
@@ -50,7 +47,7 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
         }
         let folder = options.out.join(KEY).join(shape.name);
         let comparison = program::kept(&folder.join("comparison.json"), options.resume, || {
-            meet(options, organ, shape, &start, &folder)
+            meet(options, &trained, shape, &start, &folder)
         })?;
         println!("{comparison}");
         let own = comparison.section(shape.name, shape.name)?;
@@ -66,18 +63,18 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
 }
 
 fn budget(options: &Options) -> Budget {
-    options.training(SECONDS / 60.0, 20)
+    options.training(NEWCOMER_S / 60.0, 20)
 }
 
 fn meet(
     options: &Options,
-    organ: &Organ,
+    trained: &Case,
     shape: &Shape,
     start: &Path,
     folder: &Path,
 ) -> Result<Comparison> {
     eprintln!("\nnew ventricle, {}", shape.name);
-    let body = body(options, organ, shape, folder)?;
+    let body = body(options, trained, shape, folder)?;
     let test = test_set(options, &body, CASES, folder)?;
     let mut comparison = Comparison::new(&test)?;
     let recipe = Recipe::from(PhysicsInformed::default());
@@ -101,17 +98,14 @@ fn absent(options: &Options, shape: &Shape) -> Option<String> {
     if options.quick {
         return Some(format!("{} is left out of a quick check.", shape.name));
     }
-    let there = hearts::file(&options.hearts, "LV_ENDOCARDIAL", frame).exists();
-    (!there).then(|| {
+    (!hearts::has(&options.hearts, frame)).then(|| {
         let folder = options.hearts.display();
         format!("{} was not met: there are no surfaces of it in {folder} (--hearts).", shape.name)
     })
 }
 
 /// The body of a shape: law, load and parameters of the ventricle that the network was trained on, fibres by rule.
-fn body(options: &Options, organ: &Organ, shape: &Shape, folder: &Path) -> Result<Body> {
-    let (trained, _) =
-        crate::organs::run::case(options, organ)?.context("the ventricle is absent")?;
+fn body(options: &Options, trained: &Case, shape: &Shape, folder: &Path) -> Result<Body> {
     let mut case = match shape.mesh {
         Source::Ellipsoids(mut mesh) => {
             let mut case = Case::read(Path::new("IdealVentricle"))?;
@@ -128,14 +122,14 @@ fn body(options: &Options, organ: &Organ, shape: &Shape, folder: &Path) -> Resul
             Case::read(Path::new("LeftVentricle"))?.with_mesh(file)
         }
     };
-    (case.law, case.parameters) = (trained.law, trained.parameters);
+    (case.law, case.parameters) = (trained.law.clone(), trained.parameters.clone());
     case.name = format!("ventricle-{}", shape.name);
     Ok(case.body()?)
 }
 
 /// The left ventricle of a frame of a beat, its axis upright with the base at z = 0, as the network knows ventricles.
 pub(crate) fn heart(folder: &Path, frame: &str, nodes: usize) -> Result<AnyMesh> {
-    let wall = Surfaces::read(|what| hearts::file(folder, what, frame))?.wall(nodes)?;
+    let wall = Surfaces::read(folder, frame)?.wall(nodes)?;
     let [point, normal] = wall.report().base.map(Vector3::from);
     let mut mesh = sinew::ventricle(&wall, false, [60.0, -60.0]).map_err(anyhow::Error::msg)?;
     let turn = Rotation3::rotation_between(&normal, &Vector3::z())

@@ -1,6 +1,7 @@
 //! Command line.
 
-use crate::organs::scenes::{ORGANS, PARTS};
+use crate::organs::parts::PARTS;
+use crate::organs::scenes::ORGANS;
 use clap::Parser;
 use serde::{Deserialize, Serialize};
 use sinew::case::RecipeName;
@@ -12,7 +13,7 @@ use std::time::Duration;
 ///
 /// Scenes are run one after the other; --resume continues a run that was killed. Liver and ventricle are published
 /// meshes that do not come with this program: without them made bodies stand in for the scenes `ventricle` and `liver`,
-/// and ventricle-thesis and ventricle-neo-hookean are left out, which the report says. The report holds what this call
+/// and ventricle-thesis is left out, which the report says. The report holds what this call
 /// ran or resumed.
 #[derive(Parser, Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[command(name = "cargo xtask reproduce-organs", version, max_term_width = 110)]
@@ -29,9 +30,6 @@ pub struct Options {
     /// Recipes to train
     #[arg(long, value_delimiter = ',', value_enum, default_value = "pi,taylor,regression")]
     pub recipe: Vec<RecipeName>,
-    /// Solved states that the expansion of taylor and pi passes through [default: 1]
-    #[arg(long, value_name = "COUNT")]
-    pub anchors: Option<usize>,
     /// Folder with left_ventricle.vtk and liver.vtk; optional
     #[arg(long, default_value = "../shared/meshes")]
     pub meshes: PathBuf,
@@ -63,7 +61,7 @@ impl Options {
 
     /// Length of a training that takes `minutes` by default: its share of the budget, if there is one; in a quick check
     /// `quick_steps` steps.
-    pub(crate) fn training(&self, minutes: f64, quick_steps: usize) -> Budget {
+    pub fn training(&self, minutes: f64, quick_steps: usize) -> Budget {
         match self.quick {
             true => Budget::Steps(quick_steps),
             false => Budget::Seconds(self.seconds(minutes)),

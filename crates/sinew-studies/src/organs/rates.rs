@@ -1,18 +1,15 @@
 //! Learning rates (thesis B.1): four beams trained by energy at several rates, in the thesis' way and in ours.
 
-pub(crate) mod grid;
-
-use crate::beams::recipes::{thesis_network, thesis_training};
 use crate::organs::options::Options;
-use crate::organs::run::{QUICK, train};
+use crate::organs::parts::{BEAMS, OURS, RATE_S, RATES as KEY, THESIS};
+use crate::organs::run::{QUICK, begin, train};
 use crate::program;
 use anyhow::Result;
-use grid::{KEY, OURS, SCENES, SECONDS, THESIS};
 use serde::{Deserialize, Serialize};
 use sinew::recipe::{PhysicsInformed, TrainingConfig};
 use sinew::{Body, Case};
 use sinew_emulate::{CurvePoint, store};
-use sinew_gnn::OutputCoordinates;
+use sinew_gnn::{Network, OptimiserConfig, OutputCoordinates, Schedule};
 use sinew_report::{Block, Cell, Chart, Column, Row, Section, Series, Style, Table};
 use std::path::Path;
 
@@ -28,7 +25,7 @@ struct Outcome {
 
 /// Trains every beam at every rate.
 pub(crate) fn section(options: &Options) -> Result<Section> {
-    crate::organs::run::begin(options, KEY)?;
+    begin(options, KEY)?;
     let mut blocks = vec![Block::Text(
         "Thesis B.1: learning rates of networks that are trained by energy. In the thesis' way, displacements as they are, one parameter \
          set a step, Adam at a constant rate and message passing to the end; and as this library trains, with the peak of Muon's rate. \
@@ -36,7 +33,7 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
          barrier keeps cells from turning over."
             .into(),
     )];
-    let scenes = if options.quick { &SCENES[..1] } else { &SCENES };
+    let scenes = if options.quick { &BEAMS[..1] } else { &BEAMS };
     for scene in scenes {
         let case = Case::read(Path::new(scene))?;
         let body = case.body()?;
@@ -53,10 +50,27 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
     Ok(Section { name: KEY.into(), title: "Learning rates".into(), blocks })
 }
 
+/// The thesis' sizes (§2.2.4).
+fn thesis_network() -> Network {
+    Network { width: 128, ..Network::default() }
+}
+
+/// The thesis' schedule (§3.3.1): samples one by one, Adam at a constant rate.
+fn thesis_training(learning_rate: f64) -> TrainingConfig {
+    TrainingConfig {
+        optimiser: OptimiserConfig::adam(),
+        learning_rate,
+        schedule: Schedule::Constant,
+        batch: 1,
+        gradient_norm_limit: None,
+        ..TrainingConfig::default()
+    }
+}
+
 /// Names and recipes.
 fn rules(options: &Options) -> impl Iterator<Item = (String, PhysicsInformed)> {
     let thesis = THESIS.map(|rate| {
-        let training = TrainingConfig { learning_rate: rate, ..thesis_training() };
+        let training = thesis_training(rate);
         let coordinates = OutputCoordinates::Components;
         let network = thesis_network();
         let recipe = PhysicsInformed { parameter_sets: 200, coordinates, network, training };
@@ -84,7 +98,7 @@ fn outcome(
     recipe: PhysicsInformed,
     folder: &Path,
 ) -> Result<Outcome> {
-    let budget = options.training(SECONDS / 60.0, 20);
+    let budget = options.training(RATE_S / 60.0, 20);
     let trained = train(options, body, &recipe.into(), budget, None, folder);
     let (curve, train_s, failure) = match trained {
         Ok(emulator) => {

@@ -113,10 +113,10 @@ pub fn regions(test: &TestSet<'_>, emulators: &[(&str, &Emulator<'_>)]) -> Resul
                     .push(error);
             }
         }
-        let mut medians = by_third.into_iter().map(median);
+        let mut medians = by_third.into_iter().map(program::median);
         let mut next = || medians.next().flatten();
         let map = |errors: Vec<Vec<f64>>| {
-            let logs: Vec<_> = errors.into_iter().map(|e| median(e).map(f64::log10)).collect();
+            let logs: Vec<_> = errors.into_iter().map(log_median).collect();
             logs.chunks(FIELDS[1]).map(<[_]>::to_vec).collect()
         };
         Ok(ByRegion {
@@ -135,10 +135,9 @@ fn field(share: f64, count: usize) -> usize {
     ((share * count as f64) as usize).min(count - 1)
 }
 
-/// The upper median, above zero for its logarithm's sake; none of nothing.
-pub(crate) fn median(mut errors: Vec<f64>) -> Option<f64> {
-    errors.sort_by(f64::total_cmp);
-    errors.get(errors.len() / 2).map(|error| error.max(f64::MIN_POSITIVE))
+/// Logarithm of the upper median; none of nothing.
+pub(crate) fn log_median(errors: Vec<f64>) -> Option<f64> {
+    program::median(errors).map(|error| error.max(f64::MIN_POSITIVE).log10())
 }
 
 impl Regions {

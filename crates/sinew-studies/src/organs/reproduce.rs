@@ -1,11 +1,10 @@
 //! The study of organs, from the command line to the report.
 
-use crate::organs::cubes::{self, meshes};
-use crate::organs::newcomers::{self, shapes};
 use crate::organs::options::Options;
-use crate::organs::rates::{self, grid};
+use crate::organs::parts::{CUBES, NEWCOMERS, PARTS, RATES};
 use crate::organs::run::section;
-use crate::organs::scenes::{ORGANS, Organ, PARTS};
+use crate::organs::scenes::{ORGANS, Organ};
+use crate::organs::{cubes, newcomers, rates};
 use crate::program::Growing;
 use anyhow::{Context, Result, bail};
 use sinew_report::Section;
@@ -55,9 +54,9 @@ fn absent(options: &Options, organ: &Organ) -> String {
 /// Does what is not done yet of a study beyond one scene.
 fn part_section(options: &Options, key: &str) -> Result<Section> {
     match key {
-        meshes::KEY => cubes::section(options),
-        shapes::KEY => newcomers::section(options),
-        grid::KEY => rates::section(options),
+        CUBES => cubes::section(options),
+        NEWCOMERS => newcomers::section(options),
+        RATES => rates::section(options),
         _ => bail!("`{key}` is no study"),
     }
 }

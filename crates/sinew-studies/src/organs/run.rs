@@ -8,6 +8,7 @@ use crate::program;
 use crate::published::Published;
 use crate::timing;
 use anyhow::{Result, ensure};
+use serde::{Deserialize, Serialize};
 use sinew::case::{RecipeName, Training};
 use sinew::{Body, Case, Comparison, Emulator, Recipe, TestSet, TrainingOptions};
 use sinew_emulate::{Budget, Terminal, Train, store};
@@ -15,12 +16,9 @@ use sinew_report::{Block, Section};
 use std::path::{Path, PathBuf};
 
 /// Newton steps that predictions are corrected by.
-pub const CORRECTIONS: usize = 2;
+pub(crate) const CORRECTIONS: usize = 2;
 /// File of the options that a scene was run with.
 const OPTIONS: &str = "options.json";
-/// Files of the errors over two parameters and by region.
-const MAP: &str = "map.json";
-const REGIONS: &str = "regions.json";
 /// Cases, simulations and steps of a quick check.
 pub(super) const QUICK: [usize; 3] = [4, 12, 40];
 /// Cells of a stand-in ventricle and of a cube in a quick check.
@@ -28,11 +26,16 @@ const QUICK_CELLS: [usize; 3] = [1, 16, 6];
 /// Edges of a stand-in liver in a quick check \[its length\].
 const QUICK_EDGE: f64 = 0.09;
 
+/// Everything measured on a scene.
+#[derive(Serialize, Deserialize)]
+struct Measured {
+    comparison: Comparison,
+    map: Option<ErrorMap>,
+    regions: Option<Regions>,
+}
+
 /// Prepares the folder of a scene: emptied, or checked to hold a run with the same options.
-///
-/// # Errors
-/// A folder of something else, or of a run with other options that is to be resumed.
-pub fn begin(options: &Options, key: &str) -> Result<PathBuf> {
+pub(crate) fn begin(options: &Options, key: &str) -> Result<PathBuf> {
     let folder = options.out.join(key);
     let folders = std::slice::from_ref(&folder);
     if timing::begin(&folder.join(OPTIONS), folders, options.resume, options)?.is_some() {
@@ -42,10 +45,7 @@ pub fn begin(options: &Options, key: &str) -> Result<PathBuf> {
 }
 
 /// Requires that a scene was run with the same options.
-///
-/// # Errors
-/// Other options, or none.
-pub fn same(options: &Options, key: &str) -> Result<()> {
+pub(crate) fn same(options: &Options, key: &str) -> Result<()> {
     // What else is run does not matter.
     let comparable =
         |options: &Options| Options { only: Vec::new(), resume: false, ..options.clone() };
@@ -60,7 +60,7 @@ pub fn same(options: &Options, key: &str) -> Result<()> {
 }
 
 /// The case of a scene and whether it is the scene itself; `None` where its mesh is absent and nothing stands in.
-pub fn case(options: &Options, organ: &Organ) -> Result<Option<(Case, bool)>> {
+pub(crate) fn case(options: &Options, organ: &Organ) -> Result<Option<(Case, bool)>> {
     let read = |name: &str| Case::read(Path::new(name));
     let (mut case, own) = match organ.mesh.map(|file| options.meshes.join(file)) {
         None => (read(organ.scene)?, true),
@@ -92,23 +92,21 @@ pub(crate) fn section(options: &Options, organ: &Organ) -> Result<Option<Section
         true => organ.scene.to_string(),
         false => format!("{} (in the place of {})", case.name, organ.scene),
     };
-    let comparison = program::kept(&folder.join("comparison.json"), options.resume, || {
-        compare(options, organ, &case.body()?, &folder)
+    let measured = program::kept(&folder.join("comparison.json"), options.resume, || {
+        measure(options, organ, &case.body()?, &folder)
     })?;
+    let Measured { comparison, map, regions } = measured;
     println!("{comparison}");
     let thesis = if own { organ.thesis } else { Published::default() };
     let mut section = thesis.section(&comparison, organ.key, &title)?;
     section.blocks.insert(0, Block::Text(format!("{}. {}", case.about, organ.note)));
-    if let Some(map) = store::read_json::<ErrorMap>(&folder.join(MAP))? {
-        section.blocks.push(map.block(&comparison.length_unit));
-    }
-    if let Some(regions) = store::read_json::<Regions>(&folder.join(REGIONS))? {
-        section.blocks.extend(regions.blocks(&comparison.length_unit));
-    }
+    let unit = &comparison.length_unit;
+    section.blocks.extend(map.map(|map| map.block(unit)));
+    section.blocks.extend(regions.into_iter().flat_map(|regions| regions.blocks(unit)));
     Ok(Some(section))
 }
 
-fn compare(options: &Options, organ: &Organ, body: &Body, folder: &Path) -> Result<Comparison> {
+fn measure(options: &Options, organ: &Organ, body: &Body, folder: &Path) -> Result<Measured> {
     let test = test_set(options, body, organ.test, folder)?;
     let mut comparison = Comparison::new(&test)?;
     let mut emulators = Vec::new();
@@ -123,18 +121,13 @@ fn compare(options: &Options, organ: &Organ, body: &Body, folder: &Path) -> Resu
         emulators.push((recipe.key(), emulator));
     }
     let emulators: Vec<_> = emulators.iter().map(|(name, emulator)| (*name, emulator)).collect();
-    if let Some(regions) = regions::regions(&test, &emulators)? {
-        store::write_json(&folder.join(REGIONS), &regions)?;
-    }
-    if organ.map {
-        let map = map::map(body, &emulators, options.quick.then_some(3))?;
-        store::write_json(&folder.join(MAP), &map)?;
-    }
-    Ok(comparison)
+    let points = if options.quick { 3 } else { map::POINTS };
+    let map = organ.map.then(|| map::map(body, &emulators, points)).transpose()?;
+    Ok(Measured { comparison, map, regions: regions::regions(&test, &emulators)? })
 }
 
 /// Trains by a recipe, from the networks in `start` if there are some.
-pub fn train<'b>(
+pub(crate) fn train<'b>(
     options: &Options,
     body: &'b Body,
     recipe: &Recipe,
@@ -143,13 +136,12 @@ pub fn train<'b>(
     folder: &Path,
 ) -> Result<Emulator<'b>> {
     let training = program::training(options.quick, options.seed, folder, options.resume);
-    let anchors = options.anchors.filter(|_| recipe.has_anchors()).unwrap_or(1);
-    let training = TrainingOptions { budget, start, anchors, ..training };
+    let training = TrainingOptions { budget, start, ..training };
     Ok(recipe.train(body, &training, &mut Terminal::default())?)
 }
 
 /// Cases with their solutions, few for a quick check.
-pub fn test_set<'b>(
+pub(crate) fn test_set<'b>(
     options: &Options,
     body: &'b Body,
     cases: usize,
@@ -166,5 +158,5 @@ fn recipe(options: &Options, organ: &Organ, recipe: RecipeName) -> Recipe {
         (false, _) => None,
     };
     // A regression takes all simulations.
-    Training { recipe, samples, target: Some(0.0), ..Training::default() }.recipe()
+    Training { recipe: Some(recipe), samples, target: Some(0.0), ..Training::default() }.recipe()
 }

@@ -1,13 +1,10 @@
 //! The scenes, and what the thesis prints about them.
 
-use crate::organs::cubes::meshes;
-use crate::organs::newcomers::shapes;
-use crate::organs::rates::grid;
 use crate::published::Published;
 
 /// A scene of the thesis.
 #[derive(Clone, Copy, Debug)]
-pub struct Organ {
+pub(crate) struct Organ {
     /// Name on the command line and of its folder.
     pub key: &'static str,
     /// Name of the built-in scene.
@@ -87,49 +84,12 @@ pub(crate) const ORGANS: &[Organ] = &[
         ..BASE
     },
     Organ {
-        key: "ventricle-neo-hookean",
-        scene: "LeftVentricleNeoHookean",
-        mesh: Some("left_ventricle.vtk"),
-        minutes: 3.0,
-        note: "The thesis says that errors are ten times below those of Holzapfel-Ogden, and prints no figures.",
-        ..BASE
-    },
-    Organ {
         key: "biventricle",
         scene: "Biventricle",
         minutes: 4.0,
         note: "The thesis prints a mean err_u of 0.048 mm for one case on a shape of its own; ours is made here.",
         ..BASE
     },
-    Organ {
-        key: "traction-ho",
-        scene: "TractionBeamHO",
-        minutes: 1.0,
-        note: "A traction that keeps its direction: a pressure that follows a surface with a loose rim has no potential.",
-        ..BASE
-    },
-    Organ {
-        key: "traction-guccione",
-        scene: "TractionBeamGuccione",
-        minutes: 1.0,
-        note: "A traction that keeps its direction: a pressure that follows a surface with a loose rim has no potential.",
-        ..BASE
-    },
-];
-
-/// A study beyond one scene.
-pub(crate) struct Part {
-    /// Name on the command line and of its folder.
-    pub key: &'static str,
-    /// Training time by default \[min\].
-    pub minutes: fn() -> f64,
-}
-
-/// All of them, after the scenes: one starts from the network of another.
-pub(crate) const PARTS: [Part; 3] = [
-    Part { key: meshes::KEY, minutes: meshes::minutes },
-    Part { key: shapes::KEY, minutes: || shapes::MINUTES },
-    Part { key: grid::KEY, minutes: || grid::MINUTES },
 ];
 
 const VENTRICLE: Published =

@@ -19,12 +19,10 @@ use crate::timing::cpu_seconds;
 use anyhow::{Result, ensure};
 use methods::{COARSE, COARSE_FULL, Data, PACE, coarse_alone, one_stiffness};
 use serde::{Deserialize, Serialize};
-use sinew_emulate::Shard;
 use sinew_gnn::{Activation, Surrogate};
 use sinew_mesh::VentricleShape;
 use sinew_report::{Block, Chart, Column, Figure, Map, Panel, Row, Section, Table};
 use std::ops::Range;
-use std::path::PathBuf;
 use std::time::Instant;
 use ventricle::Ventricles;
 
@@ -142,20 +140,6 @@ fn figure(rows: Vec<Vec<Option<f64>>>) -> Figure {
     }
 }
 
-/// Simulates one part of the ventricles of every seed.
-pub(super) fn simulate(options: &Options, shard: Shard) -> Result<PathBuf> {
-    let count = Draw::of(options).count;
-    for options in options.of_each_seed() {
-        Ventricles::new(&options)?.simulated(
-            count,
-            |_| true,
-            &simulations(&options),
-            Some(shard),
-        )?;
-    }
-    Ok(simulations(options))
-}
-
 /// Ventricles of the population by their number. Those to test stay the same when more are drawn.
 struct Draw {
     count: usize,
@@ -189,7 +173,8 @@ fn study(options: &Options) -> Result<Study> {
     let start = Instant::now();
     let most = options.simulations.map_or(usize::MAX, |count| count as usize);
     let wanted = |index: usize| draw.training(index).is_none_or(|number| number < most);
-    let all = ventricles.simulated(draw.count, wanted, &simulations(options), None)?;
+    let all =
+        ventricles.simulated(draw.count, wanted, &options.out.join(KEY).join("simulations"))?;
     let seconds = start.elapsed().as_secs_f64();
     // By number, so that one without equilibrium moves no other.
     let [mut training, mut validation, mut unseen] = [Vec::new(), Vec::new(), Vec::new()];
@@ -286,10 +271,6 @@ fn regressions(compared: &Compared<'_, ventricle::Ventricle>) -> Result<Vec<Meas
 /// Numbers of a shape, and K of the networks that differ in what they are told.
 const ALL: usize = VentricleShape::NUMBERS;
 const STEPS: usize = 3;
-
-fn simulations(options: &Options) -> PathBuf {
-    options.out.join(KEY).join("simulations")
-}
 
 /// Networks of Tables A.8 to A.10, and whether they are fine-tuned on one shape, these first. The thesis' 40 components hold what the 32
 /// numbers here do. On the mesh of 6788 nodes, where a training step takes three quarters of a CPU second, one network is trained.

@@ -4,6 +4,7 @@ use super::stage::Individual;
 use anyhow::Result;
 use serde::{Deserialize, Serialize};
 use sinew_fem::{Options, Solver};
+use sinew_num::{difference, norm};
 use std::time::Instant;
 
 /// Newton steps that predictions are corrected by.
@@ -132,7 +133,8 @@ impl Group {
             outcome.inverted += usize::from(steps.is_err());
             let steps = steps.unwrap_or_default();
             if let Some(step) = steps.first() {
-                let [estimate, error] = [&step.displacement, truth].map(|u| length(&predicted, u));
+                let [estimate, error] =
+                    [&step.displacement, truth].map(|u| norm(&difference(&predicted, u)));
                 // A step that gets nowhere estimates nothing.
                 if estimate > 0.0 && error > 0.0 {
                     outcome.estimates.push(estimate / error);
@@ -149,10 +151,6 @@ impl Group {
 }
 
 /// `‖u − û‖ / ‖u‖` over all nodes together.
-pub(super) fn distance(found: &[f64], truth: &[f64]) -> f64 {
-    length(found, truth) / truth.iter().map(|u| u * u).sum::<f64>().sqrt()
-}
-
-fn length(from: &[f64], to: &[f64]) -> f64 {
-    from.iter().zip(to).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+fn distance(found: &[f64], truth: &[f64]) -> f64 {
+    norm(&difference(found, truth)) / norm(truth)
 }

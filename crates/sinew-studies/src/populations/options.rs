@@ -5,7 +5,6 @@ use crate::program;
 use clap::Parser;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use sinew_emulate::Shard;
 use std::path::{Path, PathBuf};
 
 /// Measure methods on unseen shapes against the solver: a frozen stiffness, Taylor expansions, regression on simulations of registered
@@ -23,10 +22,6 @@ pub struct Options {
     #[arg(long, conflicts_with = "quick")]
     #[serde(default)]
     pub full: bool,
-    /// Only simulate this part of the ventricles of chapter 2, such as 3/16; a run with --resume reads the simulations of all parts
-    #[arg(long)]
-    #[serde(skip)]
-    pub shard: Option<Shard>,
     /// Leave out regressions on simulations
     #[arg(long)]
     #[serde(default)]
@@ -39,12 +34,8 @@ pub struct Options {
     #[arg(long)]
     #[serde(default)]
     pub template: bool,
-    /// Number of networks of plane beams [default: all]
-    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..))]
-    #[serde(skip)]
-    pub networks: Option<u64>,
     /// Learn from the first of the simulations of the ventricles of chapter 2 only
-    #[arg(long, value_name = "COUNT", conflicts_with_all = ["quick", "shard"], value_parser = clap::value_parser!(u64).range(8..=850))]
+    #[arg(long, value_name = "COUNT", conflicts_with = "quick", value_parser = clap::value_parser!(u64).range(8..=850))]
     #[serde(default)]
     pub simulations: Option<u64>,
     /// Folder with surfaces of a real heart, such as patient1_LV_ENDOCARDIAL_000.vtk; optional
@@ -91,9 +82,6 @@ impl Options {
     }
 
     /// Studies a population with each seed, or reads what an earlier run has found where this one goes on.
-    ///
-    /// # Errors
-    /// Whatever a study stumbles over; a file of a run with other options.
     pub(super) fn study<S: Serialize + DeserializeOwned>(
         &self,
         key: &str,
@@ -111,9 +99,6 @@ impl Options {
     }
 
     /// A part of the study in a file, read from where a run with the same options that goes on has left it.
-    ///
-    /// # Errors
-    /// Those of making it; a file of a run with other options.
     pub(super) fn kept<S: Serialize + DeserializeOwned>(
         &self,
         file: &Path,
@@ -122,10 +107,8 @@ impl Options {
         let kept: Kept<S> = program::kept(file, self.resume, || {
             Ok(Kept { study: make()?, options: self.clone() })
         })?;
-        let comparable = |options: &Self| {
-            let (only, resume, shard) = (Vec::new(), false, None);
-            Self { only, resume, shard, ..options.clone() }
-        };
+        let comparable =
+            |options: &Self| Self { only: Vec::new(), resume: false, ..options.clone() };
         anyhow::ensure!(
             comparable(&kept.options) == comparable(self),
             "{} is of a run with other options; repeat them, or start anew without --resume",

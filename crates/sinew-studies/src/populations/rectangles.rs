@@ -149,8 +149,7 @@ fn variants(options: &Options) -> Vec<Variant> {
     let steps = (1..=6).map(|k| of(k, 40, TWO));
     let layers = LAYERS.into_iter().map(|nodes| of(2, 40, nodes));
     let widths = [3, 6, 10, 20, 60].into_iter().map(|m| of(2, m, TWO));
-    let all = alone.chain(steps).chain(layers).chain(widths);
-    all.take(options.networks.map_or(usize::MAX, |count| count as usize)).collect()
+    alone.chain(steps).chain(layers).chain(widths).collect()
 }
 
 /// Virtual nodes of most networks.

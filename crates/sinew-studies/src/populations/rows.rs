@@ -74,8 +74,8 @@ pub(super) fn table(measured: &[Measured]) -> Result<Table> {
         let cell = |k: &usize| -> Result<Cell> {
             let found =
                 Distribution::of(errors(method)[*k].clone()).context("nothing was tested")?;
-            let printed = thesis::median(&method.method, &columns[*k].name);
-            Ok(Cell::from(found).against("thesis", printed))
+            let printed = thesis::printed_median(["", &method.method, &columns[*k].name]);
+            Ok(Cell::from(found).against("thesis", printed.map(|printed| printed.limit)))
         };
         let mut cells = there.iter().map(cell);
         let first = cells.next().context("nothing was tested")??;

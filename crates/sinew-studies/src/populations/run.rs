@@ -16,15 +16,11 @@ use std::path::PathBuf;
 /// Streams that individuals are drawn from: simulated for regressions, and tested on.
 const STREAMS: [u64; 2] = [23, 47];
 
-/// Runs all populations that are asked for and writes the report, anew after each; the path of `report.html`. With a shard only simulates that, and
-/// returns their folder.
+/// Runs all populations that are asked for and writes the report, anew after each; the path of `report.html`.
 ///
 /// # Errors
 /// Whatever keeps a population from being learned, and files that cannot be written. Populations that are done are kept.
 pub fn reproduce(options: &Options) -> Result<PathBuf> {
-    if let Some(shard) = options.shard {
-        return inflated::simulate(options, shard);
-    }
     let about = "Errors on shapes that no method has seen, beside CPU time; the truth is our finite-element solution.";
     let names = ["Populations of shapes", about];
     let mut growing = Growing::new(names, (options.seed, options.quick), options, headline)?;

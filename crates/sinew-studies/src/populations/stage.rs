@@ -82,9 +82,6 @@ impl Stage {
     }
 
     /// The stage of a name, on small meshes for a quick check.
-    ///
-    /// # Errors
-    /// A name that is not a population's.
     pub(super) fn new(key: &str, quick: bool) -> Result<Self> {
         let read = |scene: &str| Case::read(Path::new(scene)).context("a built-in scene");
         let sized = |small: [usize; 3], large: [usize; 3]| if quick { small } else { large };
@@ -128,14 +125,12 @@ impl Stage {
 
     /// The frames of a person's beat, each with parameters of its own; none for other populations or where there is no surface in the folder.
     pub(super) fn hearts(&self, folder: &Path) -> Result<Vec<Individual>> {
-        const FRAMES: [&str; 7] = ["000", "004", "008", "012", "016", "020", "024"];
         const NODES: [usize; 2] = [1500, 400];
-        let there = |frame: &&&str| hearts::file(folder, "LV_ENDOCARDIAL", frame).exists();
         if self.kind != Kind::Ventricles || self.scars > 0 {
             return Ok(Vec::new());
         }
-        let frames = FRAMES.iter().filter(there);
-        let individual = |frame: &&str| {
+        let frames = hearts::FRAMES.into_iter().filter(|frame| hearts::has(folder, frame));
+        let individual = |frame| {
             let mut case = Case::read(Path::new("LeftVentricle"))?;
             (case.law, case.parameters) = (self.case.law.clone(), self.case.parameters.clone());
             let [body, coarse] = NODES

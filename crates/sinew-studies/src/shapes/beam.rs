@@ -23,18 +23,12 @@ impl BeamShape {
     pub(crate) const NUMBERS: usize = 12;
 
     /// Shape of at most [`Self::NUMBERS`] numbers; those left out are zero.
-    ///
-    /// # Errors
-    /// More numbers, or one that is not finite.
     pub(crate) fn new(numbers: &[f64]) -> Result<Self> {
         let numbers: [f64; Self::NUMBERS] = padded(numbers)?;
         Ok(Self { numbers: std::array::from_fn(|i| DEVIATIONS[i] * numbers[i]) })
     }
 
     /// The mesh of [`box_tetrahedra`] with `cells` along each axis, in its place.
-    ///
-    /// # Errors
-    /// A beam that folds over itself, or an axis without cells.
     pub(crate) fn tetrahedra(&self, cells: [usize; 3]) -> Result<TetMesh> {
         check_cells(&cells, cells.iter().all(|&n| n > 0), "one along each axis, or more")?;
         let mut mesh = box_tetrahedra([1.0; 3], cells);

@@ -32,9 +32,6 @@ impl RingShape {
     pub(crate) const NUMBERS: usize = 2 * (2 * WAVES + 1);
 
     /// Shape of at most [`Self::NUMBERS`] numbers; those left out are zero.
-    ///
-    /// # Errors
-    /// More numbers, one that is not finite, or a ring that is too small, large, thin or thick at one of 56 angles.
     pub(crate) fn new(numbers: &[f64]) -> Result<Self> {
         let shape = Self { numbers: padded(numbers)? };
         for k in 0..8 * WAVES {
@@ -47,9 +44,6 @@ impl RingShape {
 
     /// A mesh with `cells` quadrilaterals around and across, each of two triangles. Its facet sets are `inner` and `outer`; its point
     /// field `fibre` goes around the origin: along circles, not along the waves of the wall.
-    ///
-    /// # Errors
-    /// Fewer than three cells around or none across.
     pub(crate) fn triangles(&self, cells: [usize; 2]) -> Result<TriangleMesh> {
         let [around, across] = cells;
         check_cells(&cells, around > 2 && across > 0, "three around and one across, or more")?;

@@ -34,9 +34,6 @@ pub fn page(runs: &Runs) -> Result<String> {
 pub(super) type Tables = Vec<(&'static Table, Vec<Compared>)>;
 
 /// All tables in the order of the file.
-///
-/// # Errors
-/// A table of the thesis that is not well formed.
 pub(super) fn compared(runs: &Runs) -> Result<Tables> {
     thesis().table.iter().map(|table| Ok((table, compare(table, runs)?))).collect()
 }

@@ -260,14 +260,14 @@ pub fn thesis() -> &'static Thesis {
     &THESIS
 }
 
-/// Least median that the thesis prints of a method of ours, in a column of its report.
-pub fn median(method: &str, column: &str) -> Option<f64> {
-    let tables = THESIS.table.iter().filter(|table| table.kind == Kind::Error);
+/// Least median that the thesis prints of a method of ours, in a column of a section of its report; of any section for none.
+pub fn printed_median([section, method, column]: [&str; 3]) -> Option<Cell> {
+    let wanted = |table: &&Table| section.is_empty() || table.section == section;
+    let tables = THESIS.table.iter().filter(|table| table.kind == Kind::Error).filter(wanted);
     let cells = tables.filter_map(|table| table.cells().ok()).flatten();
     let of =
         |own: &str| own.strip_suffix(method).is_some_and(|s| s.is_empty() || s.ends_with(", "));
-    let medians = cells
-        .filter(|cell| cell.statistic == "q50" && cell.column == column && of(&cell.own))
-        .map(|cell| cell.limit);
-    medians.min_by(f64::total_cmp)
+    let medians =
+        cells.filter(|cell| cell.statistic == "q50" && cell.column == column && of(&cell.own));
+    medians.min_by(|a, b| a.limit.total_cmp(&b.limit))
 }

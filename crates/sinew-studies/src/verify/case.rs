@@ -1,5 +1,6 @@
 //! Benchmarks, and the rows that they give.
 
+use anyhow::{Result, ensure};
 use std::time::Instant;
 
 /// A benchmark: one file in [`crate::verify::cases`].
@@ -11,7 +12,7 @@ pub struct Case {
     /// Source of the reference values.
     pub provenance: &'static str,
     /// Solves and compares; rows given before an error count, and the case counts as failed.
-    pub run: fn(Effort, &mut Rows<'_>) -> anyhow::Result<()>,
+    pub run: fn(Effort, &mut Rows) -> Result<()>,
 }
 
 /// Amount of time that a run may take.
@@ -162,49 +163,37 @@ pub struct Row {
     pub cost: Cost,
 }
 
-/// A number that cannot stand in a row.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "{quantity} ({setup}): the {what} is {value}; rows need finite numbers, and references other than 0 for relative errors"
-)]
-#[expect(missing_docs, reason = "the message says what the fields are")]
-pub struct RowError {
-    pub quantity: String,
-    pub setup: String,
-    pub what: &'static str,
-    pub value: f64,
-}
-
 impl Row {
     /// Error of a value and its reference.
     ///
     /// # Errors
-    /// [`RowError`] for numbers that are not finite, and for a relative error beside a reference of zero.
+    /// Numbers that are not finite, and a relative error beside a reference of zero.
     pub fn new(
         label: Label,
         measure: Measure,
         [value, reference]: [f64; 2],
         band: Band,
         cost: Cost,
-    ) -> Result<Self, RowError> {
+    ) -> Result<Self> {
         let error = match measure {
             Measure::Relative => ((value - reference) / reference).abs(),
             Measure::Absolute => (value - reference).abs(),
         };
-        let numbers = [
+        for (what, number) in [
             ("value", value),
             ("reference", reference),
             ("error", error),
             ("time", cost.seconds),
             ("band's upper end", band.most),
-        ];
-        match numbers.iter().find(|(_, number)| !number.is_finite()) {
-            Some(&(what, value)) => {
-                let Label { quantity, setup, .. } = label;
-                Err(RowError { quantity, setup, what, value })
-            }
-            None => Ok(Self { label, value, reference, measure, error, band, cost }),
+        ] {
+            ensure!(
+                number.is_finite(),
+                "{} ({}): the {what} is {number}; rows need finite numbers, and references other than 0 for relative errors",
+                label.quantity,
+                label.setup
+            );
         }
+        Ok(Self { label, value, reference, measure, error, band, cost })
     }
 
     /// Whether the error lies in the band.
@@ -213,34 +202,15 @@ impl Row {
     }
 }
 
-/// The rows of a running case, each reported as soon as it is there.
-pub struct Rows<'a> {
-    /// All rows so far.
-    pub(crate) rows: Vec<Row>,
-    report: &'a mut dyn FnMut(&Row),
-}
+/// The rows of a running case.
+#[derive(Default)]
+pub struct Rows(pub(crate) Vec<Row>);
 
-impl<'a> Rows<'a> {
-    /// No rows yet; `report` sees each that comes.
-    pub(crate) fn new(report: &'a mut dyn FnMut(&Row)) -> Self {
-        Self { rows: Vec::new(), report }
-    }
-
-    /// Adds a row.
-    pub(crate) fn push(&mut self, row: Row) {
-        (self.report)(&row);
-        self.rows.push(row);
-    }
-
+impl Rows {
     /// Adds a row whose error is relative to the reference.
-    pub fn relative(
-        &mut self,
-        label: Label,
-        pair: [f64; 2],
-        band: Band,
-        cost: Cost,
-    ) -> anyhow::Result<()> {
-        Ok(Row::new(label, Measure::Relative, pair, band, cost).map(|row| self.push(row))?)
+    pub fn relative(&mut self, label: Label, pair: [f64; 2], band: Band, cost: Cost) -> Result<()> {
+        self.0.push(Row::new(label, Measure::Relative, pair, band, cost)?);
+        Ok(())
     }
 
     /// Adds a row whose error has the unit of the quantity.
@@ -250,7 +220,8 @@ impl<'a> Rows<'a> {
         pair: [f64; 2],
         band: Band,
         cost: Cost,
-    ) -> anyhow::Result<()> {
-        Ok(Row::new(label, Measure::Absolute, pair, band, cost).map(|row| self.push(row))?)
+    ) -> Result<()> {
+        self.0.push(Row::new(label, Measure::Absolute, pair, band, cost)?);
+        Ok(())
     }
 }

@@ -4,7 +4,6 @@ mod beam;
 mod beam_fixture;
 mod boxes;
 mod cook;
-mod cook_linear;
 mod cylinder;
 mod elastica;
 mod homogeneous;
@@ -33,7 +32,7 @@ pub static ALL: [Case; 17] = [
     beam::CASE,
     elastica::CASE,
     cook::CASE,
-    cook_linear::CASE,
+    cook::SMALL,
     sphere::CASE,
     sphere_locking::CASE,
     limit_point::CASE,

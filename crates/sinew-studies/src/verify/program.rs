@@ -1,10 +1,31 @@
 //! The program: which cases, with progress, to which files.
 
 use crate::verify::case::{Case, Effort};
-use crate::verify::{Options, report, run, table};
+use crate::verify::{report, run, table};
 use anyhow::{Result, bail};
+use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
+use std::path::PathBuf;
 use std::time::Duration;
+
+/// Compare the solver with references that share no code with it: a table, `report.json` and `report.html`.
+/// Ends with an error when a value falls outside its stated band.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "cargo xtask verify", version)]
+pub struct Options {
+    /// Only the cases whose names contain this text; may be given several times
+    #[arg(long, value_name = "NAME")]
+    pub only: Vec<String>,
+    /// List the cases and end
+    #[arg(long)]
+    pub list: bool,
+    /// Coarse meshes only
+    #[arg(long)]
+    pub quick: bool,
+    /// Folder of report.json and report.html
+    #[arg(long, value_name = "DIR", default_value = "out/verify")]
+    pub out: PathBuf,
+}
 
 /// Runs the chosen cases, prints the table and writes the files; `true` when every case passes.
 ///
@@ -21,11 +42,8 @@ pub fn verify(cases: &[Case], options: &Options) -> Result<bool> {
     let bar = progress(chosen.len() as u64);
     let mut outcomes = Vec::with_capacity(chosen.len());
     for case in chosen {
-        bar.set_prefix(case.name);
-        bar.set_message("");
-        let outcome = run::run(case, effort, &mut |row| {
-            bar.set_message(table::subject(row));
-        });
+        bar.set_message(case.name);
+        let outcome = run::run(case, effort);
         bar.suspend(|| print!("{}", table::table(&outcome)));
         bar.inc(1);
         outcomes.push(outcome);
@@ -53,8 +71,7 @@ fn chosen<'a>(cases: &'a [Case], only: &[String]) -> Result<Vec<&'a Case>> {
 /// A bar over the cases on standard error; nothing when that is not a terminal.
 fn progress(cases: u64) -> ProgressBar {
     let bar = ProgressBar::new(cases);
-    let style =
-        ProgressStyle::with_template("{spinner} {pos}/{len} {prefix}  {elapsed}  {wide_msg}");
+    let style = ProgressStyle::with_template("{spinner} {pos}/{len} {msg}  {elapsed}");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     bar.enable_steady_tick(Duration::from_millis(200));
     bar

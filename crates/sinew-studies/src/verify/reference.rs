@@ -3,21 +3,19 @@
 //! Closed forms, ordinary differential equations and scalar equations only: no mesh, no element, no law of
 //! [`sinew_energy`]. Numbers of other programs are constants with their source in `published.rs`.
 
-mod compressible_sphere;
-mod cylinder;
 mod elastica;
 mod fung;
 mod neo_hookean;
 mod ode;
 pub(crate) mod published;
 mod roots;
-mod sphere;
+mod walls;
 
-pub use compressible_sphere::{CompressibleSphere, Inflation};
-pub use cylinder::ThickCylinder;
-pub use elastica::{Elastica, Tip};
+pub use elastica::Elastica;
 pub use fung::{Biaxial, Fung, Stretched};
-pub use neo_hookean::{Bar, equibiaxial_bar, uniaxial_bar};
+pub use neo_hookean::neo_hookean_block;
 pub use ode::integrate;
-pub use roots::{NoSignChange, root};
-pub use sphere::{LimitPoint, ThickSphere};
+pub use roots::root;
+pub use walls::{
+    RADII, inflated_sphere, outer_radius, sphere_limit_point, sphere_pressure, tube_pressure,
+};

@@ -29,10 +29,10 @@ impl Outcome {
     }
 }
 
-/// Runs one case; errors and panics end up in the outcome. `report` sees every row when it is there.
-pub fn run(case: &Case, effort: Effort, report: &mut dyn FnMut(&Row)) -> Outcome {
+/// Runs one case; errors and panics end up in the outcome.
+pub fn run(case: &Case, effort: Effort) -> Outcome {
     let start = Instant::now();
-    let mut rows = Rows::new(report);
+    let mut rows = Rows::default();
     let result = catch_unwind(AssertUnwindSafe(|| (case.run)(effort, &mut rows)));
     let failure = match result {
         Ok(Ok(())) => None,
@@ -44,7 +44,7 @@ pub fn run(case: &Case, effort: Effort, report: &mut dyn FnMut(&Row)) -> Outcome
         title: case.title.into(),
         provenance: case.provenance.into(),
         seconds: start.elapsed().as_secs_f64(),
-        rows: rows.rows,
+        rows: rows.0,
         failure,
     }
 }

@@ -139,7 +139,7 @@ fn experiments_are_chosen_by_name() {
 
 mod experiment {
     use sinew_studies::gp::experiment::{Case, Task, derived};
-    use sinew_studies::gp::row::{Label, Method, Run, Thesis};
+    use sinew_studies::gp::row::{Label, Method, Run};
 
     #[test]
     fn seeds_differ_by_purpose_and_data_set() {
@@ -159,10 +159,9 @@ mod experiment {
             method: Method::Hcnn,
             abscissa: None,
             truth: Vec::new(),
-            thesis: Thesis::default(),
         };
         let run = |_: &Task| Ok(Run::default());
-        let case = Case { label, cost: 1.0, run: Box::new(run) };
+        let case = Case { label, run: Box::new(run) };
         assert_eq!(case.key(), "poisson-bvp-1-hcnn-n-f-4");
     }
 }
@@ -170,7 +169,7 @@ mod experiment {
 mod section {
     use sinew_report::{Block, Table, Value};
     use sinew_studies::gp::report::section;
-    use sinew_studies::gp::row::{Covered, Label, Method, Row, Run, Thesis, Truth};
+    use sinew_studies::gp::row::{Covered, Label, Method, Row, Run, Truth};
 
     fn row(err_u: f64, theta: f64) -> Row {
         let label = Label {
@@ -179,7 +178,6 @@ mod section {
             method: Method::Hcgp,
             abscissa: None,
             truth: vec![Truth { name: "theta".into(), value: 1.0 }],
-            thesis: Thesis { err_u: Some(4.9e-5), err_f: None, theta: vec![(1.0, 1e-3)] },
         };
         let run = Run { err_u, seconds: 0.5, theta: vec![theta], ..Run::default() };
         Row::of(label, vec![run], Vec::new()).unwrap()
@@ -197,7 +195,7 @@ mod section {
             };
             let label = row(1e-5, 1.0).label;
             let row = Row::of(label, (0..of).map(run).collect(), Vec::new()).unwrap();
-            let section = section("heat".into(), "Heat", "", &[row], Vec::new()).unwrap();
+            let section = section("heat-1".into(), "Heat", "", &[row], Vec::new()).unwrap();
             let mut texts = section.blocks.into_iter().filter_map(|block| match block {
                 Block::Text(text) => Some(text),
                 _ => None,
@@ -212,7 +210,7 @@ mod section {
 
     #[test]
     fn what_is_missed_is_said_plainly() {
-        let section = |row| section("heat".into(), "Heat", "", &[row], Vec::new()).unwrap();
+        let section = |row| section("heat-1".into(), "Heat", "", &[row], Vec::new()).unwrap();
         let reached = section(row(4.94e-5, 1.0004));
         assert!(reached.tables().flat_map(Table::verdicts).all(|found| found.3.met));
         let missed = section(row(9.8e-5, 1.02));

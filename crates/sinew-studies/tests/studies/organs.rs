@@ -1,15 +1,9 @@
 //! The way from every scene to the report.
 
 use clap::Parser;
+use sinew_emulate::Budget;
 use sinew_report::Report;
 use sinew_studies::organs::options::{Options, keys};
-
-mod budget;
-/// The file that shares a budget, over a list that is short.
-#[path = "../../src/organs/options.rs"]
-#[allow(dead_code, unreachable_pub)]
-mod for_budgets;
-mod scenes;
 
 fn options(arguments: &[&str], out: &std::path::Path) -> Options {
     let fixed = ["organs", "--quick", "--meshes", "nowhere", "--out", out.to_str().unwrap()];
@@ -19,7 +13,8 @@ fn options(arguments: &[&str], out: &std::path::Path) -> Options {
 #[test]
 fn a_quick_run_reports_every_scene_and_is_resumed() {
     let folder = tempfile::tempdir().unwrap();
-    let only = "twisting-cube,liver,ventricle,ventricle-thesis,traction-guccione,cube-meshes,new-ventricle,learning-rates";
+    let only =
+        "twisting-cube,liver,ventricle,ventricle-thesis,cube-meshes,new-ventricle,learning-rates";
     let page =
         sinew_studies::organs::reproduce::reproduce(&options(&["--only", only], folder.path()))
             .unwrap();
@@ -27,15 +22,7 @@ fn a_quick_run_reports_every_scene_and_is_resumed() {
     let names: Vec<_> = report.sections.iter().map(|section| section.name.as_str()).collect();
     assert_eq!(
         names,
-        [
-            "twisting-cube",
-            "liver",
-            "ventricle",
-            "traction-guccione",
-            "cube-meshes",
-            "new-ventricle",
-            "learning-rates"
-        ]
+        ["twisting-cube", "liver", "ventricle", "cube-meshes", "new-ventricle", "learning-rates"]
     );
     assert!(
         report.notes.iter().any(|note| note.contains("LeftVentricleThesis was not run")),
@@ -118,8 +105,7 @@ fn a_map_reaches_beyond_the_trained_box() {
     let recipe = sinew::recipe::Regression { simulations: 12, most: 12, target: 0.0 };
     let recipe = sinew::Recipe::from(recipe);
     let emulator = recipe.train(&body, &Default::default(), &mut ()).unwrap();
-    let map =
-        sinew_studies::organs::map::map(&body, &[("regression", &emulator)], Some(5)).unwrap();
+    let map = sinew_studies::organs::map::map(&body, &[("regression", &emulator)], 5).unwrap();
     let text = serde_json::to_string(&map).unwrap();
     let sinew_report::Block::Figure(figure) = map.block("mm") else { panic!("a figure") };
     let [sinew_report::Panel::Map(panel)] = &figure.panels[..] else { panic!("one map") };
@@ -150,4 +136,27 @@ fn nodes_of_a_ventricle_know_their_place() {
     let quarter = |k: f64| places.iter().filter(|p| (p.turn * 4.0).floor() == k).count();
     assert!((0..4).all(|k| quarter(f64::from(k)) > places.len() / 5));
     assert!(sinew_studies::organs::regions::places(&read("TwistingCube")).is_none());
+}
+
+#[test]
+fn a_budget_is_shared_by_what_is_run() {
+    let parse = |arguments: &[&str]| {
+        Options::try_parse_from(std::iter::once(&"organs").chain(arguments)).unwrap()
+    };
+    let seconds = |options: &Options, minutes: f64| match options.training(minutes, 1) {
+        Budget::Seconds(seconds) => seconds,
+        other => panic!("{other:?}"),
+    };
+    let options = parse(&["--only", "liver,twisting-cube", "--budget", "10m"]);
+    let sum = seconds(&options, 3.0) + seconds(&options, 2.0);
+    assert!((sum - 600.0).abs() < 1e-9, "{sum}");
+    // Two networks of each, and none of a regression.
+    let more = parse(&["--only", "liver", "--budget", "10m", "--recipe", "pi,dd,regression"]);
+    assert!((seconds(&more, 3.0) - 300.0).abs() < 1e-9);
+    // One network on the first mesh of the cube, two on the next two, one on the others.
+    let cubes = parse(&["--only", "cube-meshes", "--budget", "10m"]);
+    let all = 1.0 + 2.0 * 1.0 + 2.0 * 1.5 + 3.0 + 5.0;
+    assert!((seconds(&cubes, 1.0) - 600.0 / all).abs() < 1e-9);
+    let error = Options::try_parse_from(["organs", "--only", "kidney"]).unwrap_err().to_string();
+    assert!(error.contains("twisting-cube"), "{error}");
 }

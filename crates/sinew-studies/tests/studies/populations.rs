@@ -6,7 +6,6 @@ use sinew_studies::populations::options::Options;
 use sinew_studies::populations::run::reproduce;
 
 mod parts;
-mod size;
 mod verdict;
 
 #[test]
@@ -102,31 +101,4 @@ fn every_seed_has_a_file_of_its_own_and_a_run_goes_on_with_more_of_them() {
     // Files of one seed are not read as those of another.
     let error = run("several", &["--seed", "2", "--resume"]).unwrap_err();
     assert!(format!("{error:#}").contains("other options"), "{error:#}");
-}
-
-#[test]
-fn simulations_of_parts_are_those_of_one_run() {
-    let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
-    let run = |folder: usize, more: &[&str]| {
-        let out = folders[folder].path().to_str().unwrap();
-        let fixed = ["populations", "--quick", "--no-networks", "--only", "inflated", "--out", out];
-        reproduce(&Options::try_parse_from(fixed.iter().chain(more)).unwrap()).unwrap();
-        let simulations = folders[folder].path().join("inflated/simulations");
-        std::fs::read(simulations.join("3x8x4-seed-1/00000-00011.npy")).ok()
-    };
-    // Eleven simulations are one file, of the second part.
-    assert!(run(0, &["--shard", "1/2"]).is_none());
-    let of_parts = run(0, &["--shard", "2/2"]).unwrap();
-    assert_eq!(run(0, &[]).unwrap(), of_parts);
-    assert_eq!(run(1, &[]).unwrap(), of_parts);
-    // Another seed has simulations of its own.
-    let volume = |folder: usize| {
-        let report = Report::read(&folders[folder].path().join("report.json")).unwrap();
-        report.sections[0].tables().next().unwrap().rows[0].errors[0].value.median().unwrap()
-    };
-    let first = volume(1);
-    run(1, &["--seed", "2"]);
-    assert!(volume(1) != first && volume(0) == first);
-    let error = Options::try_parse_from(["populations", "--shard", "3/2"]).unwrap_err();
-    assert!(error.to_string().contains("3/2"), "{error}");
 }

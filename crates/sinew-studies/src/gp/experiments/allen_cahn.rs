@@ -30,15 +30,14 @@ const PLACES: usize = 12;
 pub(super) fn experiment(scale: Scale) -> Result<Experiment> {
     let mut cases = Vec::new();
     for (kappa, name) in [(EVEN, "even axis"), (STRETCHED, "stretched axis")] {
-        for (count, cost) in scale.pick(vec![(25, 0.1), (50, 0.4), (100, 1.5)], vec![(10, 0.1)]) {
-            cases.push(forward(scale, kappa, count)?.case(format!("{name}, N_f = {count}"), cost));
+        for &count in scale.pick(&[25, 50, 100][..], &[10]) {
+            cases.push(forward(scale, kappa, count)?.case(format!("{name}, N_f = {count}")));
         }
     }
     let equation =
         [(Noise::Exact, "exact equation"), (Noise::Learned, "equation with learned noise")];
     for (noise, name) in equation {
-        let setting = format!("{VALUES} values, {name}");
-        cases.push(inverse(scale, noise)?.case(setting, 0.2));
+        cases.push(inverse(scale, noise)?.case(format!("{VALUES} values, {name}")));
     }
     Ok(Experiment {
         title: "A nonlinear equation: Allen and Cahn's front",
@@ -103,10 +102,10 @@ fn inverse(scale: Scale, noise: Noise) -> Result<Front> {
 }
 
 impl Front {
-    fn case(self, name: String, cost: f64) -> Case {
+    fn case(self, name: String) -> Case {
         let (setting, method) = (self.inference.setting.clone(), self.inference.approach.method());
         let front = Self { name: name.clone(), ..self };
-        Case::new(setting.named(), method, cost, move |task| front.run(task)).at(name)
+        Case::new(setting.named(), method, move |task| front.run(task)).at(name)
     }
 
     fn run(&self, task: &Task) -> Result<Run> {

@@ -21,7 +21,7 @@ pub(super) fn experiment(scale: Scale) -> Result<Experiment> {
         let sampling = Sampling { values: count, collocation: count, error: NOISE };
         let inference = Inference::sampled(&setting, Approach::Constrained, sampling, scale);
         let inference = Inference { complete: true, ..inference.undrawn() };
-        cases.push(inference.case(1.5).at("as it comes"));
+        cases.push(inference.case().at("as it comes"));
         cases.push(floor::case(&setting, (Method::Lines, family), sampling, scale));
     }
     Ok(Experiment {

@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sinew::{Body, Parameter};
 use sinew_emulate::coordinates::{Coordinates, Dirichlet};
-use sinew_emulate::{Design, Shard, split_seed, store};
+use sinew_emulate::{Design, split_seed, store};
 use sinew_energy::BodyArrays;
 use sinew_fem::{Options as SolverOptions, Solver};
 use sinew_gnn::Geometry;
@@ -82,20 +82,18 @@ impl Ventricles {
     }
 
     /// Wanted ventricles among the first `count` of the population, by number, with their solutions, from files within `folder` where these are;
-    /// those without equilibrium are left out. With a shard only its part.
+    /// those without equilibrium are left out.
     pub(super) fn simulated(
         &self,
         count: usize,
         wanted: impl Fn(usize) -> bool + Sync,
         folder: &Path,
-        shard: Option<Shard>,
     ) -> Result<Vec<(usize, Ventricle)>> {
         let [layers, around, along] = self.stage.cells;
         let folder = folder.join(format!("{layers}x{around}x{along}-seed-{}", self.seed));
         let thetas = self.thetas(count)?;
-        let chunks = count.div_ceil(CHUNK);
         let mut all = Vec::new();
-        for chunk in shard.map_or(0..chunks, |shard| shard.samples(chunks)) {
+        for chunk in 0..count.div_ceil(CHUNK) {
             let own = chunk * CHUNK..((chunk + 1) * CHUNK).min(count);
             if !own.clone().any(&wanted) {
                 continue;

@@ -51,7 +51,7 @@ pub(super) const CASE: Case = Case {
     run,
 };
 
-fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+fn run(effort: Effort, rows: &mut Rows) -> Result<()> {
     let tets = |cells| box_tetrahedra([100.0, 10.0, 10.0], cells);
     let hexes = |cells| box_hexahedra([100.0, 10.0, 10.0], cells);
     climb(rows, Formulation::P1, effort.levels(2, LINEAR), tets)?;
@@ -62,7 +62,7 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
 }
 
 fn climb<M: Into<AnyMesh>>(
-    rows: &mut Rows<'_>,
+    rows: &mut Rows,
     formulation: Formulation,
     ladder: &Boxes,
     mesh: impl Fn([usize; 3]) -> M,

@@ -1,13 +1,13 @@
 //! The two gravity beams against FEniCS and FElupe on the identical mesh.
 
+use crate::program;
 use crate::verify::case::{Band, Case, Cost, Effort, Formulation, Label, Rows};
 use crate::verify::reference::published;
 use crate::verify::solve::{equilibrium, lower, scene};
 use anyhow::{Context, Result, ensure};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Scene, Support};
-use sinew_mesh::{FieldValues, TetMesh, box_tetrahedra, read_npy};
-use std::path::Path;
+use sinew_mesh::{TetMesh, box_tetrahedra};
 
 /// Relative to the largest displacement; FEniCS itself is good to 4e-14.
 const DISPLACEMENT: Band = Band::below(1e-9);
@@ -27,7 +27,7 @@ pub(super) const CASE: Case = Case {
     run,
 };
 
-fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+fn run(effort: Effort, rows: &mut Rows) -> Result<()> {
     for beam in [once([12, 4, 5]), twice()] {
         compare(rows, effort, &beam, "FEniCS", "")?;
         compare(rows, effort, &beam, "FElupe", "felupe_")?;
@@ -63,7 +63,7 @@ fn beam(name: &str, mesh: TetMesh, clamped: &[&str]) -> Scene {
 
 /// The worst displacement and the worst energy over all θ of one program.
 fn compare(
-    rows: &mut Rows<'_>,
+    rows: &mut Rows,
     effort: Effort,
     beam: &Scene,
     program: &str,
@@ -111,12 +111,7 @@ fn worst(all: &[Compared]) -> Result<Compared> {
 }
 
 fn read(beam: &str, name: &str) -> Result<Vec<f64>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/beam").join(beam);
-    let array = read_npy(folder.join(name)).with_context(|| format!("fixture {beam}/{name}"))?;
-    Ok(match array.values {
-        FieldValues::Float(values) => values,
-        FieldValues::Integer(values) => values.iter().map(|&v| v as f64).collect(),
-    })
+    program::fixture(&format!("beam/{beam}/{name}"))
 }
 
 /// Largest difference over the largest entry of `truth`.

@@ -1,9 +1,9 @@
 //! Thick incompressible cylinder under internal pressure.
 
 use super::boxes::boxes;
-use super::radial::{RADII, rollers, surfaces};
+use super::radial::{rollers, surfaces};
 use crate::verify::case::{Band, Case, Effort, Rows};
-use crate::verify::reference::ThickCylinder;
+use crate::verify::reference::{RADII, outer_radius, tube_pressure};
 use crate::verify::solids::shells::cylinder_quarter;
 use crate::verify::solve::{mixed, pressed, scene};
 use anyhow::Result;
@@ -27,7 +27,7 @@ pub(super) const CASE: Case = Case {
     run,
 };
 
-fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+fn run(effort: Effort, rows: &mut Rows) -> Result<()> {
     let planes = [("x_min", 0), ("y_min", 1)];
     for &(cells, band) in effort.levels(2, PLANE) {
         let setup = format!("{}×{} quads in plane strain", cells[0], cells[1]);
@@ -60,16 +60,15 @@ fn ring([layers, around]: [usize; 2]) -> Mesh<6> {
 }
 
 fn compare(
-    rows: &mut Rows<'_>,
+    rows: &mut Rows,
     mesh: impl Into<AnyMesh>,
     supports: Vec<Support>,
     meshed: (String, Band),
 ) -> Result<()> {
-    let closed = ThickCylinder { shear: THETA[0], inner: RADII[0], outer: RADII[1] };
-    let loads = pressed("inner", closed.pressure(INFLATED));
+    let loads = pressed("inner", tube_pressure(INFLATED));
     let tube = scene(mesh, NeoHookean, &THETA, loads, supports);
     let found = mixed(tube, 0.0, &THETA)?;
     let kind =
         if found.body.mesh.element().dimension == 2 { ", triangles" } else { ", tetrahedra" };
-    surfaces(rows, meshed, &found, (2, kind), [INFLATED, closed.outer_radius(INFLATED)])
+    surfaces(rows, meshed, &found, (2, kind), [INFLATED, outer_radius(2, INFLATED)])
 }

@@ -2,7 +2,7 @@
 
 use super::boxes::{Boxes, boxes};
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
-use crate::verify::reference::{Elastica, Tip};
+use crate::verify::reference::Elastica;
 use crate::verify::solve::{displaced, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
@@ -38,7 +38,7 @@ pub(super) const CASE: Case = Case {
     run,
 };
 
-fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+fn run(effort: Effort, rows: &mut Rows) -> Result<()> {
     let tets = |cells| box_tetrahedra([LENGTH, 1.0, 1.0], cells);
     let hexes = |cells| box_hexahedra([LENGTH, 1.0, 1.0], cells);
     for load in [Elastica::TipLoad(5.0), Elastica::UniformLoad(10.0)] {
@@ -51,13 +51,13 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
 }
 
 fn climb<M: Into<AnyMesh>>(
-    rows: &mut Rows<'_>,
+    rows: &mut Rows,
     load: Elastica,
     formulation: Formulation,
     ladder: &Boxes,
     mesh: impl Fn([usize; 3]) -> M,
 ) -> Result<()> {
-    let Tip { along, across } = load.tip()?;
+    let [along, across] = load.tip()?;
     // The unit square turns forces into forces per area, and forces per length into body forces.
     let (name, force) = match load {
         Elastica::TipLoad(size) => {

@@ -36,7 +36,7 @@ pub(super) const CASE: Case = Case {
     run,
 };
 
-fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+fn run(effort: Effort, rows: &mut Rows) -> Result<()> {
     let exact = published::LAND_ACTIVE;
     for &meshed in effort.levels(1, MIXED) {
         let ventricle = ventricle(MIXED_BULK, meshed.0, true)?;

@@ -52,7 +52,7 @@ pub(super) const CASE: Case = Case {
     run,
 };
 
-fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+fn run(effort: Effort, rows: &mut Rows) -> Result<()> {
     let mesh = |cells| box_tetrahedra([10.0, 1.0, 1.0], cells);
     for &meshed in effort.levels(2, MIXED) {
         let bar = bar(mesh(meshed.0).quadratic(), MIXED_BULK);
@@ -75,7 +75,7 @@ fn bar(mesh: impl Into<AnyMesh>, bulk_modulus: f64) -> Scene {
 
 /// Displacements alone, with ½κ(J − 1)². The rim of the loaded side is loose.
 fn climb<M: Into<AnyMesh>>(
-    rows: &mut Rows<'_>,
+    rows: &mut Rows,
     formulation: Formulation,
     ladder: &Boxes,
     mesh: impl Fn([usize; 3]) -> M,
@@ -89,7 +89,7 @@ fn climb<M: Into<AnyMesh>>(
 
 /// Beside the limit, and beside the same elements on the same mesh in FEniCS where there is such a run.
 fn push(
-    rows: &mut Rows<'_>,
+    rows: &mut Rows,
     formulation: Formulation,
     (cells, band): ([usize; 3], Band),
     found: &Found,

@@ -33,7 +33,7 @@ pub(super) const CASE: Case = Case {
     run,
 };
 
-fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+fn run(effort: Effort, rows: &mut Rows) -> Result<()> {
     for &meshed in effort.levels(1, LADDER) {
         let mesh = quarter(TruncatedEllipsoid::LAND.wall(meshed.0)).quadratic_tetrahedra();
         let loads = pressed("endo", PRESSURE);
@@ -62,7 +62,7 @@ fn quarter(mut wall: Wall) -> Wall {
 
 /// Heights of the apex on both surfaces.
 pub(super) fn apexes(
-    rows: &mut Rows<'_>,
+    rows: &mut Rows,
     formulation: Formulation,
     (cells, band): ([usize; 3], Band),
     found: &Found,

@@ -66,7 +66,7 @@ pub(super) const COMPRESSIBLE: Case = Case {
     run: run_compressible,
 };
 
-fn run_compressible(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+fn run_compressible(effort: Effort, rows: &mut Rows) -> Result<()> {
     let tets = |cells| distorted(box_tetrahedra([1.0; 3], [cells; 3]));
     let hexes = |cells| distorted(box_hexahedra([1.0; 3], [cells; 3]));
     let (linear, quadratic) = ([(2.0, ORDER), (1.0, ORDER)], [(3.0, ORDER), (2.0, ORDER)]);
@@ -86,7 +86,7 @@ pub(super) const INCOMPRESSIBLE: Case = Case {
     run: run_incompressible,
 };
 
-fn run_incompressible(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+fn run_incompressible(effort: Effort, rows: &mut Rows) -> Result<()> {
     // The two meshes of a quick run are too coarse to tell the order of the pressure.
     let orders = effort.levels(2, &[(3.0, ORDER), (2.0, ORDER), (2.0, PRESSURE_ORDER)]);
     ladder(rows, Formulation::Mixed, orders, effort.levels(2, &[2, 4, 8]), |cells| {
@@ -108,7 +108,7 @@ const QUANTITIES: [&str; 3] = ["displacement in L²", "displacement in H¹", "pr
 
 /// Solves on meshes of rising fineness; errors on each, and between the last two the orders that are given.
 fn ladder<const M: usize>(
-    rows: &mut Rows<'_>,
+    rows: &mut Rows,
     formulation: Formulation,
     orders: &[(f64, Band)],
     levels: &[usize],

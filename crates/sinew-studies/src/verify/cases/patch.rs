@@ -29,7 +29,7 @@ pub(super) const CASE: Case = Case {
     run,
 };
 
-fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+fn run(effort: Effort, rows: &mut Rows) -> Result<()> {
     let cells = match effort {
         Effort::Quick => 3,
         Effort::Full => 5,
@@ -52,7 +52,7 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
 }
 
 fn compare(
-    rows: &mut Rows<'_>,
+    rows: &mut Rows,
     formulation: Formulation,
     mesh: impl Into<AnyMesh>,
     f: &Matrix,

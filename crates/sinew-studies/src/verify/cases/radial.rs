@@ -1,16 +1,14 @@
 //! Shared parts of the thick spheres and cylinders.
 
 use crate::verify::case::{Band, Formulation, Label, Rows};
+use crate::verify::reference::RADII;
 use crate::verify::solve::Found;
 use anyhow::Result;
 use sinew_energy::Support;
 
-/// Inner and outer radius of spheres and cylinders.
-pub(super) const RADII: [f64; 2] = [1.0, 2.0];
-
 /// Displacements of both surfaces of an incompressible wall beside the exact radii.
 pub(super) fn surfaces(
-    rows: &mut Rows<'_>,
+    rows: &mut Rows,
     (setup, band): (String, Band),
     found: &Found,
     (dimension, kind): (usize, &str),

@@ -26,7 +26,7 @@ pub(super) const CASE: Case = Case {
     run,
 };
 
-fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+fn run(effort: Effort, rows: &mut Rows) -> Result<()> {
     let meshes = Meshes::distorted();
     // μ = 2, from E = 5 and ν = 1/4 in the second.
     let linear_in_shear = |_: usize, _: usize, amount: f64| 2.0 * amount;
@@ -48,17 +48,17 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
 impl Meshes {
     fn shear(
         &self,
-        rows: &mut Rows<'_>,
+        rows: &mut Rows,
         effort: Effort,
         material: &Material,
         stress: Stress<'_>,
     ) -> Result<()> {
         let Self { tets, hexes } = self;
-        rows.push(worst(effort, Formulation::P1, tets.clone(), material, stress)?);
-        rows.push(worst(effort, Formulation::P2, tets.quadratic(), material, stress)?);
-        rows.push(worst(effort, Formulation::FBar, tets.clone(), material, stress)?);
-        rows.push(worst(effort, Formulation::Q1, hexes.clone(), material, stress)?);
-        rows.push(worst(effort, Formulation::Q1FBar, hexes.clone(), material, stress)?);
+        rows.0.push(worst(effort, Formulation::P1, tets.clone(), material, stress)?);
+        rows.0.push(worst(effort, Formulation::P2, tets.quadratic(), material, stress)?);
+        rows.0.push(worst(effort, Formulation::FBar, tets.clone(), material, stress)?);
+        rows.0.push(worst(effort, Formulation::Q1, hexes.clone(), material, stress)?);
+        rows.0.push(worst(effort, Formulation::Q1FBar, hexes.clone(), material, stress)?);
         Ok(())
     }
 }

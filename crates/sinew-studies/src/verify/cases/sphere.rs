@@ -1,8 +1,8 @@
 //! Thick incompressible sphere under internal pressure.
 
-use super::radial::{OCTANT, RADII, octant, rollers, surfaces};
+use super::radial::{OCTANT, octant, rollers, surfaces};
 use crate::verify::case::{Band, Case, Effort, Rows};
-use crate::verify::reference::ThickSphere;
+use crate::verify::reference::{RADII, outer_radius, sphere_pressure};
 use crate::verify::solids::shells::sphere_octant;
 use crate::verify::solve::{mixed, pressed, scene};
 use anyhow::Result;
@@ -29,16 +29,15 @@ pub(super) const CASE: Case = Case {
     run,
 };
 
-fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
-    let closed = ThickSphere { shear: THETA[0], inner: RADII[0], outer: RADII[1] };
-    let pressure = closed.pressure(INFLATED);
+fn run(effort: Effort, rows: &mut Rows) -> Result<()> {
+    let pressure = sphere_pressure(INFLATED);
     for &(cells, band) in effort.levels(2, LADDER) {
         let mesh = sphere_octant(RADII, cells).quadratic_tetrahedra();
         let supports = rollers(&OCTANT);
         let sphere = scene(mesh, NeoHookean, &THETA, pressed("inner", pressure), supports);
         let found = mixed(sphere, 0.0, &THETA)?;
         let setup = octant(cells);
-        let exact = [INFLATED, closed.outer_radius(INFLATED)];
+        let exact = [INFLATED, outer_radius(3, INFLATED)];
         surfaces(rows, (setup, band), &found, (3, ""), exact)?;
     }
     Ok(())

@@ -2,7 +2,7 @@
 
 use super::homogeneous::{Exponential, Material, Meshes, exponentials, mean_stress};
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
-use crate::verify::reference::{Bar, Biaxial, Fung, equibiaxial_bar, uniaxial_bar};
+use crate::verify::reference::{Biaxial, Fung, neo_hookean_block};
 use crate::verify::solve::{displaced, mixed};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
@@ -66,31 +66,31 @@ pub(super) const CASE: Case = Case {
     run,
 };
 
-fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+fn run(effort: Effort, rows: &mut Rows) -> Result<()> {
     let meshes = Meshes::distorted();
     meshes.neo_hookean(rows, effort)?;
     exponentials().iter().try_for_each(|body| meshes.exponential(rows, effort, body))
 }
 
 impl Meshes {
-    fn neo_hookean(&self, rows: &mut Rows<'_>, effort: Effort) -> Result<()> {
+    fn neo_hookean(&self, rows: &mut Rows, effort: Effort) -> Result<()> {
         let body = |lame: f64| {
             Material::new(format!("neo-Hookean, λ/μ = {lame}"), NeoHookean, &[1.0, lame])
         };
         for &(lame, stretch) in effort.levels(2, &BARS) {
             let (material, load) = (&body(lame), Biaxial::Along(0));
-            let Bar { across: lateral, stress, .. } = uniaxial_bar(1.0, lame, stretch)?;
+            let [lateral, stress] = neo_hookean_block(lame, 1, stretch)?;
             self.compare(rows, &State { material, load, stretch, lateral, stress })?;
         }
         for lame in [1.0, 10.0] {
             let (stretch, material, load) = (1.3, &body(lame), Biaxial::InPlane);
-            let Bar { across: lateral, stress, .. } = equibiaxial_bar(1.0, lame, stretch)?;
+            let [lateral, stress] = neo_hookean_block(lame, 2, stretch)?;
             self.compare(rows, &State { material, load, stretch, lateral, stress })?;
         }
         Ok(())
     }
 
-    fn exponential(&self, rows: &mut Rows<'_>, effort: Effort, body: &Exponential) -> Result<()> {
+    fn exponential(&self, rows: &mut Rows, effort: Effort, body: &Exponential) -> Result<()> {
         for &(load, stretch) in effort.levels(1, &STATES) {
             let is_squeezed = load == Biaxial::Along(0) && stretch < 1.0;
             if is_squeezed && matches!(body.reference, Fung::ThesisCode(_)) {
@@ -112,7 +112,7 @@ impl Meshes {
         Ok(())
     }
 
-    fn compare(&self, rows: &mut Rows<'_>, state: &State<'_>) -> Result<()> {
+    fn compare(&self, rows: &mut Rows, state: &State<'_>) -> Result<()> {
         compare(rows, Formulation::P1, self.tets.clone(), state)?;
         compare(rows, Formulation::FBar, self.tets.clone(), state)?;
         compare(rows, Formulation::P2, self.tets.quadratic(), state)?;
@@ -134,7 +134,7 @@ fn block(mesh: impl Into<AnyMesh>, state: &State<'_>) -> Scene {
 }
 
 fn compare(
-    rows: &mut Rows<'_>,
+    rows: &mut Rows,
     formulation: Formulation,
     mesh: impl Into<AnyMesh>,
     state: &State<'_>,

@@ -1,10 +1,8 @@
 //! The elastica: large bending of a thin cantilever.
 
-use super::{NoSignChange, integrate, root};
+use super::{integrate, root};
+use anyhow::Result;
 use std::f64::consts::FRAC_PI_2;
-
-/// Tolerance of the integration.
-const TOLERANCE: f64 = 1e-13;
 
 /// A cantilever that neither stretches nor shears, under a dead load across it: Euler's `EIθ″ = −Q cos θ` with
 /// the load Q beyond each point.
@@ -16,29 +14,20 @@ pub enum Elastica {
     UniformLoad(f64),
 }
 
-/// Place of the tip, as parts of the length.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tip {
-    /// Distance from the clamp along the straight beam, over the length.
-    pub along: f64,
-    /// Deflection over the length.
-    pub across: f64,
-}
-
 impl Elastica {
-    /// The equilibrium, by shooting from the tip, where the curvature is zero.
+    /// Distance of the tip from the clamp along the straight beam and its deflection, both over the length, by shooting from the
+    /// tip, where the curvature is zero.
     ///
     /// # Errors
-    /// [`NoSignChange`] for loads that are not positive.
-    pub fn tip(self) -> Result<Tip, NoSignChange> {
+    /// Loads that are not positive.
+    pub fn tip(self) -> Result<[f64; 2]> {
         let at_clamp = |angle: f64| {
             let start = [angle, 0.0, 0.0, 0.0];
-            integrate(|s, y| self.slope(s, y), [0.0, 1.0], start, TOLERANCE)
-                .unwrap_or([f64::NAN; 4])
+            integrate(|s, y| self.slope(s, y), [0.0, 1.0], start).unwrap_or([f64::NAN; 4])
         };
         let angle = root(|angle| at_clamp(angle)[0], [0.0, FRAC_PI_2])?;
         let [_, _, along, across] = at_clamp(angle);
-        Ok(Tip { along, across })
+        Ok([along, across])
     }
 
     /// Slopes of angle, curvature and position over the distance from the tip.

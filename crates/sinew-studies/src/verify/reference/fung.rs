@@ -1,6 +1,7 @@
 //! Homogeneous states of exponential laws with fibres along the first axis and sheets along the second.
 
-use super::{NoSignChange, root};
+use super::root;
+use anyhow::Result;
 
 type Matrix = nalgebra::Matrix3<f64>;
 
@@ -110,8 +111,8 @@ impl Fung {
     /// A stretched block of the incompressible solid.
     ///
     /// # Errors
-    /// [`NoSignChange`] when no lateral stretch between ½ and 2 frees the faces.
-    pub fn incompressible(&self, load: Biaxial, stretch: f64) -> Result<Stretched, NoSignChange> {
+    /// No lateral stretch between ½ and 2 that frees the faces.
+    pub fn incompressible(&self, load: Biaxial, stretch: f64) -> Result<Stretched> {
         let extra = |stretches: [f64; 3]| {
             let block = Matrix::from_diagonal(&stretches.into());
             <[f64; 3]>::from(self.extra_stress(&block).diagonal())
@@ -135,13 +136,13 @@ impl Fung {
     /// A stretched block of the solid with a bulk modulus \[stress\].
     ///
     /// # Errors
-    /// [`NoSignChange`] when no lateral stretch between ½ and 2 frees the faces.
+    /// No lateral stretch between ½ and 2 that frees the faces.
     pub fn nearly_incompressible(
         &self,
         bulk: f64,
         load: Biaxial,
         stretch: f64,
-    ) -> Result<Stretched, NoSignChange> {
+    ) -> Result<Stretched> {
         let stress = |stretches: [f64; 3]| {
             let block = Matrix::from_diagonal(&stretches.into());
             <[f64; 3]>::from(self.stress(&block, bulk).diagonal())
