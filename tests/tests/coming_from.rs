@@ -1,7 +1,7 @@
 //! Calls of `docs/coming-from.md`, compiled and run; the page quotes this file.
 
 use sinew::laws::{NeoHookean, NeoHookeanShape};
-use sinew::output::Fields;
+use sinew::output::Results;
 use sinew::recipe::{DataDriven, PhysicsInformed, Regression};
 use sinew::{
     Body, Design, Load, Options, Parameter, Recipe, Scene, Solver, Support, TestSet, Train,
@@ -55,8 +55,8 @@ fn fenics() -> Result {
     let thetas = [vec![60.0, 60.0], vec![90.0, 90.0]];
     let solutions = sweep(&body, &thetas, &Options::default(), || ())?;
     let fields = solutions.into_iter().map(|s| s.map(|s| s.displacement));
-    let fields = fields.collect::<std::result::Result<_, _>>()?;
-    Fields { body: &body, thetas: &thetas, found: vec![("solved", fields)] }.write(&folder, 2)?;
+    let fields = fields.collect::<std::result::Result<Vec<_>, _>>()?;
+    Results::of(&body, "solved", &thetas, &fields).write(&folder, 2, true)?;
     assert!(folder.join("cases.pvd").exists(), "for ParaView");
     Ok(())
 }

@@ -290,7 +290,7 @@ impl NativeCase {
             let options = Options { load_steps, ..Options::default() };
             simulate_by(&body, &asked, "solve", folder.as_deref(), &options, observer)
         })?;
-        Ok(results::solutions(listener.py(), &self.body, &thetas.0, found)?)
+        Ok(results::solutions(listener.py(), &self.body, &thetas.0, &found)?)
     }
 
     /// Displacements at every row of θ to a relative accuracy, each with its checked error.

@@ -145,12 +145,8 @@ impl NativeEmulator {
             let mut counter = sinew_emulate::Counter::new(observer, "correct", 0, thetas.0.len());
             let correct = |theta: &Vec<f64>| -> Result<sinew::Correction, Error> {
                 let found = shared.with(|emulator| emulator.correct(theta, steps))?;
-                match counter.step(1, "") {
-                    std::ops::ControlFlow::Continue(()) => Ok(found),
-                    std::ops::ControlFlow::Break(()) => {
-                        Err(Error::Interrupted { stage: "correct".into() })
-                    }
-                }
+                let _ = counter.step(1, "");
+                counter.check().map(|()| found)
             };
             thetas.0.iter().map(correct).collect::<Result<Vec<_>, Error>>()
         })?;

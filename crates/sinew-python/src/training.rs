@@ -7,15 +7,10 @@ use sinew::case::Training;
 /// # Errors
 /// Text that names other keys than `[training]` of a case file.
 pub(crate) fn replaced(own: Training, given: &str) -> Result<Training, String> {
-    let keys: serde_json::Map<String, serde_json::Value> =
-        serde_json::from_str(given).map_err(|error| error.to_string())?;
-    let named = keys.contains_key("recipe");
+    let keys: serde_json::Value = serde_json::from_str(given).map_err(|error| error.to_string())?;
     let given: Training =
-        serde_json::from_value(keys.into()).map_err(|error| format!("train: {error}"))?;
-    if given.minutes.is_some() && given.steps.is_some() {
-        return Err("train: give minutes or steps, not both".into());
-    }
-    let given = Training { recipe: if named { given.recipe } else { own.recipe }, ..given };
+        serde_json::from_value(keys).map_err(|error| format!("train: {error}"))?;
+    let given = Training { recipe: given.recipe.or(own.recipe), ..given };
     match given.objection() {
         Some((key, reason)) => Err(format!("train: {key}: {reason}")),
         None => Ok(given.or(own)),

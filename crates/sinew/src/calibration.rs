@@ -3,10 +3,10 @@
 mod page;
 
 use crate::case::stress_in_kpa;
-use crate::patient::{Prepared, Reported};
+use crate::patient::Prepared;
 pub use page::{report, too_stiff};
 use rayon::prelude::*;
-use sinew_calibrate::{Forward, Identified, Klotz, Posterior, Solves};
+use sinew_calibrate::{Forward, Identified, Klotz, Observable, Posterior, Solves};
 use sinew_emulate::{Observer, Progress};
 use sinew_report::format::digits;
 use sinew_sample::{ArvizDict, quantile};
@@ -48,11 +48,8 @@ pub fn observed<'f>(forward: &'f dyn Forward, observer: &'f mut dyn Observer) ->
 
 /// Groups of draws for arviz, in the units that people read: parameters, volumes in all states, data.
 pub fn arviz(prepared: &Prepared, posterior: &Posterior) -> ArvizDict {
-    let reported = prepared.reported.iter();
-    let further: Vec<_> = reported
-        .map(|seen| (format!("{} [{}]", seen.name, seen.unit), seen.observable, seen.size))
-        .collect();
-    posterior.to_arviz(&further)
+    let volume = |&at: &usize| (format!("{} [mL]", prepared.observables[at]), at, MILLILITRE);
+    posterior.to_arviz(&prepared.reported.iter().map(volume).collect::<Vec<_>>())
 }
 
 /// The result in lines.
@@ -96,17 +93,20 @@ pub fn parameter_in_words(posterior: &Posterior, parameter: usize) -> String {
 
 /// Volumes that were not measured, in a line each.
 pub fn volumes_in_words(prepared: &Prepared, posterior: &Posterior) -> Vec<String> {
-    let unmeasured = prepared.reported.iter().filter(|seen| {
-        posterior.problem.data.iter().all(|datum| datum.observable != seen.observable)
-    });
-    let line = |seen: &Reported| {
-        let draws = posterior.observed.parameter(seen.observable).concat();
-        let [low, middle, high] =
-            [0.025, 0.5, 0.975].map(|share| digits(quantile(&draws, share) / seen.size, 4));
-        let unit = seen.unit;
-        format!("{}: {middle} {unit}, 95 % interval {low} to {high} {unit}", seen.name)
+    let is_measured =
+        |at: &usize| posterior.problem.data.iter().any(|datum| datum.observable == *at);
+    let line = |&at: &usize| {
+        let draws = posterior.observed.parameter(at).concat();
+        let [low, middle, high] = quantiles(&draws).map(|volume| digits(volume, 4));
+        let name = &prepared.observables[at];
+        format!("{name}: {middle} mL, 95 % interval {low} to {high} mL")
     };
-    unmeasured.map(line).collect()
+    prepared.reported.iter().filter(|at| !is_measured(at)).map(line).collect()
+}
+
+/// Quantiles of volumes \[mm³\]: 2.5 %, 50 % and 97.5 % \[mL\].
+fn quantiles(volumes: &[f64]) -> [f64; 3] {
+    [0.025, 0.5, 0.975].map(|share| quantile(volumes, share) / MILLILITRE)
 }
 
 /// The result in a sentence.
@@ -200,15 +200,12 @@ impl Curve {
         if let (0, Some(end)) = (reached, &end) {
             return Err(format!("{cavity}: {end}"));
         }
-        let quantiles = |volumes: Vec<f64>| {
-            [0.025, 0.5, 0.975].map(|share| quantile(&volumes, share) / MILLILITRE)
+        let observed = &mut prepared.observables.iter();
+        let rest = observed.position(|seen| *seen == Observable::volume(cavity, "rest"));
+        let rest = rest.map(|at| quantiles(&posterior.observed.parameter(at).concat()));
+        let at = |p: usize| {
+            quantiles(&found.iter().filter_map(|(v, _)| v.get(p).copied()).collect::<Vec<_>>())
         };
-        let name = format!("volume of {cavity} at rest");
-        let rest = prepared.reported.iter().find(|seen| seen.name == name);
-        let rest =
-            rest.map(|seen| quantiles(posterior.observed.parameter(seen.observable).concat()));
-        let at =
-            |p: usize| quantiles(found.iter().filter_map(|(v, _)| v.get(p).copied()).collect());
         let pressures =
             rest.iter().map(|_| 0.0).chain(PRESSURES.into_iter().take(reached)).collect();
         let volumes = rest.into_iter().chain((0..reached).map(at)).collect();

@@ -164,15 +164,17 @@ impl Case {
             let reason = "this is a folder; name a case file. Emulators of stored runs are for `sinew predict` and `sinew calibrate`";
             path.is_dir().then_some(reason)
         };
+        let file = path.to_string_lossy();
+        let error = |reason| Source::new(&file, "").error(&[], reason);
         if let Some(reason) = reason {
-            return Err(Source::new(&path.to_string_lossy(), "").error(&[], reason.into()));
+            return Err(error(reason.into()));
         }
-        let text = std::fs::read_to_string(path).map_err(|source| {
+        let text = std::fs::read_to_string(path).map_err(|why| {
             let known = crate::scenes::SCENES.iter().map(|scene| scene.name);
-            let advice = advise(&path.to_string_lossy(), known, "built-in scenes");
-            CaseError::Unreadable { path: path.into(), source, advice }
+            let advice = advise(&file, known, "built-in scenes");
+            error(format!("the case file cannot be read: {why}{advice}"))
         })?;
-        Ok(Self::parse(&text, &path.to_string_lossy())?.beside_its_file())
+        Ok(Self::parse(&text, &file)?.beside_its_file())
     }
 
     /// The case with paths of files that are relative to its own.
@@ -227,8 +229,6 @@ impl Case {
             let stem = Path::new(file).file_stem().unwrap_or_default();
             case.name = stem.to_string_lossy().into_owned();
         }
-        let both = case.training.minutes.is_some() && case.training.steps.is_some();
-        source.refuse_if(both, &["training", "steps"], || "give minutes or steps, not both")?;
         case.source = source;
         if let Some((key, reason)) = case.training.objection() {
             let keys: Vec<&str> = std::iter::once("training").chain(key.split('.')).collect();

@@ -23,10 +23,10 @@ use script::quoted;
 use sinew::case::{Formulation, branched_in_words, doubtful_displacements};
 use sinew::{
     Body, Case, CaseError, Emulator, EmulatorError, FrozenStiffness, Simulations, ThetaText,
-    theta_in_words,
+    simulate, theta_in_words,
 };
-use sinew_emulate::{Terminal, simulate_by};
-use sinew_fem::{LockingWarning, Options, SolveError};
+use sinew_emulate::Terminal;
+use sinew_fem::{LockingWarning, SolveError};
 use std::ffi::OsStr;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -233,7 +233,7 @@ pub(crate) fn chosen(
     folder: &Path,
 ) -> Result<(String, PathBuf)> {
     let mut found = trained(folder)?;
-    let own = case.training.recipe;
+    let own = case.training.recipe_name();
     let place = match (wanted, &found[..]) {
         (None, [_]) => Some(0),
         _ => found.iter().position(|(name, _)| name == wanted.unwrap_or(own.key())),
@@ -260,7 +260,9 @@ pub(crate) fn solved(
     stage: &str,
     folder: Option<&Path>,
 ) -> Result<Simulations> {
-    let found = solved_by(body, thetas, stage, folder, &Options::default())?;
+    let mut terminal = if folder.is_some() { stoppable()? } else { Terminal::default() };
+    let found = simulate(body, thetas, stage, folder, &mut terminal)?;
+    tell_solved(body, &found);
     for failure in found.failures.iter().take(MOST_WARNINGS) {
         told_failure(body, failure);
     }
@@ -270,19 +272,10 @@ pub(crate) fn solved(
     Ok(found)
 }
 
-/// Solves by a solver's own options; other stable equilibria are told as well.
-pub(crate) fn solved_by(
-    body: &Body,
-    thetas: &[Vec<f64>],
-    stage: &str,
-    folder: Option<&Path>,
-    options: &Options,
-) -> Result<Simulations> {
-    let mut terminal = if folder.is_some() { stoppable()? } else { Terminal::default() };
-    let found = simulate_by(body, thetas, stage, folder, options, &mut terminal)?;
+/// Tells doubts about solutions on standard error, and other stable equilibria.
+pub(crate) fn tell_solved(body: &Body, found: &Simulations) {
     tell_doubtful(body, found.fields.iter().map(Vec::as_slice));
-    warn(branched_in_words(body, &found, "`sinew solve --load-steps`"));
-    Ok(found)
+    warn(branched_in_words(body, found, "`sinew solve --load-steps`"));
 }
 
 /// Tells a sample without equilibrium on standard error.

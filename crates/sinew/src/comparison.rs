@@ -5,7 +5,7 @@ use crate::theta::{range_in_words, theta_in_words};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::{
     Calibration, CaseErrors, CurvePoint, Emulator, Error, Errors, Evaluation, METRICS, Quantiles,
-    TestSet, Warning, median_and_worst, simulate,
+    Result, TestSet, Warning, median_and_worst, simulate,
 };
 use sinew_energy::metrics::displacement_error;
 use sinew_energy::{Body, Magnitude, Parameter};
@@ -87,26 +87,16 @@ pub struct Origin {
     pub seed: Option<u64>,
 }
 
-/// Why there is no comparison.
-#[derive(Debug, thiserror::Error)]
-pub enum ComparisonError {
-    /// The emulator cannot be evaluated.
-    #[error(transparent)]
-    Evaluation(#[from] sinew_emulate::Error),
-    /// The surface cannot be drawn.
-    #[error(transparent)]
-    Report(#[from] ReportError),
-}
-
 impl Comparison {
     /// Comparison without emulators yet.
     ///
     /// # Errors
     /// A surface that cannot be drawn.
-    pub fn new(test: &TestSet<'_>) -> Result<Self, ComparisonError> {
+    pub fn new(test: &TestSet<'_>) -> Result<Self> {
         let body = test.body;
         let unit = &body.units.length;
-        let mut surfaces = Surfaces::new(&body.mesh.boundary_triangles().0, &body.positions)?;
+        let mut surfaces =
+            Surfaces::new(&body.mesh.boundary_triangles().0, &body.positions).map_err(refused)?;
         surfaces.quantity = "Where the errors are: ‖u − û‖ at the nodes".into();
         (surfaces.unit, surfaces.length) = (unit.clone(), unit.clone());
         let mut motion = surfaces.clone();
@@ -144,7 +134,7 @@ impl Comparison {
         emulator: &Emulator<'_>,
         test: &TestSet<'_>,
         corrections: usize,
-    ) -> Result<Vec<CaseErrors>, ComparisonError> {
+    ) -> Result<Vec<CaseErrors>> {
         let record = &emulator.record;
         let fields = emulator.predict(&test.thetas)?.fields();
         let cases = test.cases(&fields)?;
@@ -156,7 +146,7 @@ impl Comparison {
             let deformed = deformed(test.body, &fields[case]);
             let error = displacement_error(&test.fields[case], &fields[case]);
             let title = format!("{kind} case, {}", theta_in_words(test.body, &test.thetas[case]));
-            self.surfaces.push(name, title, &deformed, &error)?;
+            self.surfaces.push(name, title, &deformed, &error).map_err(refused)?;
         }
         self.methods.push(Method {
             name: name.into(),
@@ -189,8 +179,13 @@ impl Comparison {
     }
 }
 
+/// An error of a surface that cannot be drawn.
+fn refused(error: ReportError) -> Error {
+    Error::Refused(error.to_string())
+}
+
 /// Draws the solver's solutions of the test cases with the median and the largest mean displacement.
-fn draw_motion(surfaces: &mut Surfaces, test: &TestSet<'_>) -> Result<(), ReportError> {
+fn draw_motion(surfaces: &mut Surfaces, test: &TestSet<'_>) -> Result<()> {
     let mean = |case: &usize| crate::output::mean_and_largest(&test.fields[*case])[0];
     let mut order: Vec<usize> = (0..test.fields.len()).collect();
     order.sort_by(|a, b| mean(a).total_cmp(&mean(b)));
@@ -200,7 +195,7 @@ fn draw_motion(surfaces: &mut Surfaces, test: &TestSet<'_>) -> Result<(), Report
         let field = &test.fields[case];
         let length = displacement_error(field, &rest);
         let title = format!("{kind} motion, {}", theta_in_words(test.body, &test.thetas[case]));
-        surfaces.push(SOLVER, title, &deformed(test.body, field), &length)?;
+        surfaces.push(SOLVER, title, &deformed(test.body, field), &length).map_err(refused)?;
     }
     Ok(())
 }
@@ -311,13 +306,11 @@ impl Inflation {
     ///
     /// # Errors
     /// A body that the solver refuses.
-    pub fn of(body: &Body) -> Result<Option<Self>, Error> {
-        let magnitudes = body.pressures.iter().map(|pressure| pressure.magnitude);
-        let mut of_theta = magnitudes.filter_map(|magnitude| match magnitude {
-            Magnitude::Theta(index) => Some(index),
-            Magnitude::Fixed(_) => None,
-        });
-        let found = of_theta.next().and_then(|index| Some((index, body.parameters.get(index)?)));
+    pub fn of(body: &Body) -> Result<Option<Self>> {
+        let is_of = |index: usize| {
+            body.pressures.iter().any(|pressure| pressure.magnitude == Magnitude::Theta(index))
+        };
+        let found = body.parameters.iter().enumerate().find(|(index, _)| is_of(*index));
         let Some((parameter, Parameter { name, unit, range: [low, high], .. })) = found else {
             return Ok(None);
         };
@@ -342,7 +335,7 @@ impl Inflation {
     ///
     /// # Errors
     /// θ that it does not take.
-    pub fn predicted(&self, emulator: &Emulator<'_>) -> Result<Vec<Vec<f64>>, Error> {
+    pub fn predicted(&self, emulator: &Emulator<'_>) -> Result<Vec<Vec<f64>>> {
         let fields = emulator.predict(&self.thetas)?.fields();
         Ok(volumes(emulator.body(), &fields))
     }

@@ -89,8 +89,8 @@ mod wall;
 
 pub use at_rest::mesh_at_rest;
 pub use case::{Case, CaseError, locking_in_words};
-pub use comparison::{Comparison, ComparisonError, Inflation, Method, Origin};
-pub use patient::{PatientFile, Prepared, Reported};
+pub use comparison::{Comparison, Inflation, Method, Origin};
+pub use patient::{PatientFile, Prepared};
 #[cfg(not(feature = "networks"))]
 pub use sinew_emulate::recipe;
 pub use sinew_emulate::{
@@ -108,10 +108,10 @@ pub use sinew_gnn::{Backend, Recipe, load, recipe};
 pub use sinew_mesh::MeshError;
 pub use sinew_report::ReportError;
 pub use theta::{
-    TableRow, ThetaText, admissible, outside, parse_theta, parse_theta_but, parse_way,
+    TableRow, ThetaText, admissible, heads, outside, parse_theta, parse_theta_but, parse_way,
     range_in_words, read_rows, read_thetas, theta_in_words, theta_of, values_in_words,
 };
-pub use viewer::{ViewerError, viewer};
+pub use viewer::viewer;
 pub use wall::ventricle;
 pub use {
     sinew_calibrate as calibrate, sinew_emulate as emulate, sinew_energy as energy,

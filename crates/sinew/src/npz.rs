@@ -1,27 +1,18 @@
 //! Several arrays in one file that NumPy reads: a zip archive of npy files, stored as they are.
 
-use sinew_mesh::{Field, parse_npy, to_npy};
-use std::borrow::Cow;
+use sinew_mesh::{Field, parse_npy};
 use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::Path;
 use zip::{CompressionMethod, ZipArchive, ZipWriter, write::SimpleFileOptions};
 
-/// An array by name, with its shape and numbers row by row.
-pub type Named<'a> = (&'a str, &'a [usize], &'a [f64]);
-
-/// Writes arrays for `numpy.load`, and further ones by name and content of their npy files.
+/// Writes arrays for `numpy.load`, by name and content of their npy files ([`sinew_mesh::to_npy`]), made one after the other.
 ///
 /// # Errors
 /// A file that cannot be written.
-///
-/// # Panics
-/// When a shape does not hold its numbers.
-pub fn write(path: &Path, arrays: &[Named<'_>], further: &[(&str, Vec<u8>)]) -> io::Result<()> {
+pub fn write(path: &Path, arrays: impl IntoIterator<Item = (String, Vec<u8>)>) -> io::Result<()> {
     let mut archive = ZipWriter::new(io::BufWriter::new(File::create(path)?));
-    let own = arrays.iter().map(|(name, shape, values)| (name, Cow::Owned(to_npy(shape, values))));
-    let further = further.iter().map(|(name, content)| (name, Cow::Borrowed(&content[..])));
-    for (name, content) in own.chain(further) {
+    for (name, content) in arrays {
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
             .large_file(u32::try_from(content.len()).is_err());

@@ -1,48 +1,23 @@
 //! Output files of the program: fields for ParaView, tables and arrays.
 
+mod table;
+
 use crate::npz;
 use crate::stresses::{StressField, add_stresses, stress_fields};
-use crate::theta::outside;
-use rayon::prelude::*;
+use crate::theta::heads;
+use sinew_emulate::Simulations;
+use sinew_energy::Body;
 pub use sinew_energy::metrics::mean_and_largest;
 use sinew_energy::metrics::volume_ratios;
-use sinew_energy::{Body, Cavity};
-use sinew_fem::{CellStress, held_sets, mixed_stresses, reactions};
-use sinew_mesh::{DISPLACEMENT, Field, MeshError, to_npy_of};
+use sinew_fem::{CellStress, mixed_stresses};
+use sinew_mesh::{AnyMesh, DISPLACEMENT, Field, MeshError, to_npy, to_npy_of};
 use sinew_report::format::digits;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-
-/// Displacements of some cases, by how they were found.
-#[derive(Debug)]
-pub struct Fields<'a> {
-    /// Their body.
-    pub body: &'a Body,
-    /// Parameters, case by case.
-    pub thetas: &'a [Vec<f64>],
-    /// A name such as `"solved"`, and displacements case by case, node by node \[length\].
-    pub found: Vec<(&'a str, Vec<Vec<f64>>)>,
-}
-
-impl Fields<'_> {
-    /// Writes all of them as [`Results::write`] does, with pictures of the first cases.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn write(&self, folder: &Path, pictures: usize) -> Result<(), MeshError> {
-        let row = |(case, theta): (usize, &Vec<f64>)| Row {
-            theta: theta.clone(),
-            fields: self.found.iter().map(|(_, fields)| &fields[case][..]).collect(),
-            ..Row::default()
-        };
-        let rows = self.thetas.iter().enumerate().map(row).collect();
-        let names = self.found.iter().map(|(name, _)| *name).collect();
-        Results { body: self.body, names, rows, stresses: false }
-            .write(folder, pictures, true)
-            .map(|_| ())
-    }
-}
+use table::RESIDUAL;
+pub use table::csv_line;
+pub(crate) use table::{motion_heads, volume_heads};
 
 /// One row of results: what was asked for, and what was found or why nothing was.
 #[derive(Clone, Debug, Default)]
@@ -90,13 +65,21 @@ pub struct Results<'a> {
     pub stresses: bool,
 }
 
-/// Head of the column of residuals.
-const RESIDUAL: &str = "residual relative to the forces";
-
 /// Largest archive of fields that is written unasked \[bytes\].
 pub const MOST_BYTES: usize = 64 << 20;
 
-impl Results<'_> {
+impl<'a> Results<'a> {
+    /// Displacements of some θ, node by node \[length\], by the way they were found.
+    pub fn of(body: &'a Body, name: &'a str, thetas: &[Vec<f64>], fields: &'a [Vec<f64>]) -> Self {
+        let row = |(theta, field): (&Vec<f64>, &'a Vec<f64>)| Row {
+            theta: theta.clone(),
+            fields: vec![field],
+            ..Row::default()
+        };
+        let rows = thetas.iter().zip(fields).map(row).collect();
+        Self { body, names: vec![name], rows, stresses: false }
+    }
+
     /// Writes into a folder, which is made: `cases.csv` with a row per case; `cases.npz`, whose fields are NaN where a row has
     /// none; `NNNN.vtu`, numbered as the rows, for the first `pictures` rows that have a field, and `cases.pvd` that lists
     /// them. Files of that name from an earlier run are removed. Parameters are in their own units. An archive above
@@ -132,47 +115,26 @@ impl Results<'_> {
     }
 
     /// [`Results::write`] of states along a parameter by its place in θ, all with pictures: the time of `cases.pvd` is its
-    /// value, and `curve.csv` has displacements and volumes of cavities against it. `values` has one number per row.
+    /// value, and `curve.csv` has displacements and volumes of cavities against it.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn write_along(
-        &self,
-        folder: &Path,
-        parameter: usize,
-        values: &[f64],
-    ) -> Result<(), MeshError> {
+    pub fn write_along(&self, folder: &Path, parameter: usize) -> Result<(), MeshError> {
         self.write_tables(folder, true)?;
         let curve = folder.join(CURVE);
-        std::fs::write(&curve, self.curve(parameter, values)).map_err(failed(&curve))?;
-        self.write_pictures(folder, self.rows.len(), |case| values[case])
+        std::fs::write(&curve, self.curve(parameter)).map_err(failed(&curve))?;
+        self.write_pictures(folder, self.rows.len(), |case| self.along(parameter, case))
     }
 
-    /// Displacements and volumes of cavities against a parameter.
-    fn curve(&self, parameter: usize, values: &[f64]) -> String {
-        let (body, length) = (self.body, &self.body.units.length);
-        let along = &body.parameters[parameter];
-        let mut heads = vec![along.unit.head(&along.name)];
-        heads.extend(["mean", "largest"].map(|of| format!("{of} u [{length}]")));
-        heads.extend(body.cavities.iter().map(|c| format!("volume of {} [{length}3]", c.name)));
-        let mut text = csv_line(&heads);
-        for (row, value) in self.rows.iter().zip(values) {
-            let Some(field) = row.fields.first() else { continue };
-            let mut cells = vec![*value];
-            cells.extend(mean_and_largest(field));
-            cells.extend(body.cavity_volumes(field));
-            text += &csv_line(&cells);
-        }
-        text
+    /// Value of a parameter in its own unit.
+    fn along(&self, parameter: usize, case: usize) -> f64 {
+        self.body.parameters[parameter].unit.shown(self.rows[case].theta[parameter])
     }
 
     /// Makes the folder, removes an earlier run's files and writes the table and, unless they are too large, the arrays; returns
     /// their size in bytes where they were left out.
     fn write_tables(&self, folder: &Path, arrays: bool) -> Result<Option<usize>, MeshError> {
-        std::fs::create_dir_all(folder).map_err(failed(folder))?;
-        clear(folder).map_err(failed(folder))?;
-        let table = folder.join("cases.csv");
-        std::fs::write(&table, self.table()).map_err(failed(&table))?;
+        write_table(folder, &self.table())?;
         let of_row = 3 * self.names.len() * self.body.nodes + self.stress_numbers();
         let bytes = size_of::<f64>() * self.rows.len() * of_row;
         let left_out = (!arrays && bytes > MOST_BYTES).then_some(bytes);
@@ -190,50 +152,35 @@ impl Results<'_> {
         pictures: usize,
         time: impl Fn(usize) -> f64,
     ) -> Result<(), MeshError> {
-        let mut series = Vec::new();
         let drawn = (0..self.rows.len()).filter(|&case| !self.rows[case].fields.is_empty());
-        for case in drawn.take(pictures) {
-            let name = format!("{case:04}.vtu");
+        let picture = |case: usize| {
             let theta = shown(self.body, &self.rows[case].theta);
-            let heads = self.body.parameters.iter().map(|p| p.unit.head(&p.name));
-            let numbers: Vec<_> = heads.zip(theta).collect();
-            self.picture(case).write_vtu_with(folder.join(&name), &numbers)?;
-            series.push((time(case), PathBuf::from(name)));
-        }
-        if !series.is_empty() {
-            let series: Vec<_> =
-                series.iter().map(|(time, file)| (*time, file.as_path())).collect();
-            sinew_mesh::write_pvd(folder.join("cases.pvd"), &series)?;
-        }
-        Ok(())
+            let numbers = heads(&self.body.parameters).into_iter().zip(theta).collect();
+            (case, time(case), self.picture(case), numbers)
+        };
+        write_series(folder, drawn.take(pictures).map(picture))
     }
 
     fn write_arrays(&self, path: &Path) -> io::Result<()> {
         let (cases, nodes, count) = (self.rows.len(), self.body.nodes, self.body.parameters.len());
-        let missing = vec![f64::NAN; 3 * nodes];
         let theta = self.rows.iter().flat_map(|row| match row.theta.is_empty() {
             true => vec![f64::NAN; count],
             false => shown(self.body, &row.theta),
         });
         let theta: Vec<f64> = theta.collect();
-        let field = |name: usize| -> Vec<f64> {
-            let of =
-                |row: &Row<'_>| row.fields.get(name).map_or(&missing[..], |field| *field).to_vec();
-            self.rows.iter().flat_map(of).collect()
+        let missing = vec![f64::NAN; 3 * nodes];
+        let field = |(place, name): (usize, String)| {
+            let of = |row: &Row<'_>| row.fields.get(place).map_or(&missing[..], |u| *u).to_vec();
+            let values: Vec<f64> = self.rows.iter().flat_map(of).collect();
+            (name, to_npy(&[cases, nodes, 3], &values))
         };
-        let fields: Vec<Vec<f64>> = (0..self.names.len()).map(field).collect();
-        let shapes = ([cases, count], [cases, nodes, 3], [nodes, 3]);
-        let mut arrays: Vec<npz::Named<'_>> = vec![
-            ("theta", &shapes.0, &theta),
-            ("points", &shapes.2, self.body.positions.as_flattened()),
-        ];
-        let names = self.arrays();
-        let named = names.iter().zip(&fields);
-        arrays.extend(named.map(|(name, values)| (&name[..], &shapes.1[..], &values[..])));
-        let stresses = self.stress_arrays();
-        arrays
-            .extend(stresses.iter().map(|(name, shape, values)| (*name, &shape[..], &values[..])));
-        npz::write(path, &arrays, &[("cells", cells(self.body)), ("parameters", heads(self.body))])
+        let points = to_npy(&[nodes, 3], self.body.positions.as_flattened());
+        let first =
+            [("theta".to_string(), to_npy(&[cases, count], &theta)), ("points".into(), points)];
+        let fields = self.arrays().into_iter().enumerate().map(field);
+        let heads = texts(&heads(&self.body.parameters));
+        let last = [("cells".to_string(), self::cells(self.body)), ("parameters".into(), heads)];
+        npz::write(path, first.into_iter().chain(fields).chain(self.stress_arrays()).chain(last))
     }
 
     /// Names of the displacements as arrays.
@@ -249,8 +196,8 @@ impl Results<'_> {
         if self.stresses { MOST * self.body.cell_count() } else { 0 }
     }
 
-    /// Stress and strain of cells for the arrays: name, shape, and numbers, NaN where a row has none.
-    fn stress_arrays(&self) -> Vec<(&'static str, Vec<usize>, Vec<f64>)> {
+    /// Stress and strain of cells as arrays by name, NaN where a row has none.
+    fn stress_arrays(&self) -> Vec<(String, Vec<u8>)> {
         let of_row = |case| Some(stress_fields(self.body, &self.cell_stresses(case)?));
         let rows = (0..self.rows.len()).filter(|_| self.stresses);
         let found: Vec<Option<Vec<StressField>>> = rows.map(of_row).collect();
@@ -261,7 +208,8 @@ impl Results<'_> {
                 fields.as_ref().map_or(&missing, |fields| &fields[index].values).clone()
             };
             let shape = [vec![found.len(), self.body.cell_count()], field.shape()].concat();
-            (field.name, shape, found.iter().flat_map(values).collect())
+            let values: Vec<f64> = found.iter().flat_map(values).collect();
+            (field.name.into(), to_npy(&shape, &values))
         };
         like.iter().enumerate().map(array).collect()
     }
@@ -273,7 +221,7 @@ impl Results<'_> {
     }
 
     /// One case on its mesh.
-    fn picture(&self, case: usize) -> sinew_mesh::AnyMesh {
+    fn picture(&self, case: usize) -> AnyMesh {
         let mut mesh = (*self.body.mesh).clone();
         let fields = &self.rows[case].fields;
         for (name, field) in self.arrays().into_iter().zip(fields) {
@@ -292,82 +240,6 @@ impl Results<'_> {
         }
         mesh
     }
-
-    /// A row per case: its number, θ, then for each way to find it the mean and the largest nodal displacement, the total
-    /// potential energy, empty where there is no potential, the volumes of cavities, the least and the largest J, and the reactions of supports; how good it is; parameters outside their ranges; warnings; why it failed.
-    fn table(&self) -> String {
-        let judged = self.rows.iter().any(|row| row.quality.is_some());
-        csv_line(&self.heads(judged)) + &self.lines(0, judged).concat()
-    }
-
-    /// Lines of the rows, numbered from the first on.
-    fn lines(&self, first: usize, judged: bool) -> Vec<String> {
-        let row = |(case, row): (usize, &Row<'_>)| self.line(first + case, row, judged);
-        self.rows.par_iter().enumerate().map(row).collect()
-    }
-
-    fn heads(&self, judged: bool) -> Vec<String> {
-        let (body, length, stress) = (self.body, &self.body.units.length, &self.body.units.stress);
-        let mut heads = vec!["case".to_string()];
-        heads.extend(body.parameters.iter().map(|p| p.unit.head(&p.name)));
-        for name in &self.names {
-            heads.push(format!("{name} mean u [{length}]"));
-            heads.push(format!("{name} largest u [{length}]"));
-            heads.push(format!("{name} energy [{stress} {length}3]"));
-            let volume = |c: &Cavity| format!("{name} volume of {} [{length}3]", c.name);
-            heads.extend(body.cavities.iter().map(volume));
-            heads.extend(["least", "largest"].map(|of| format!("{name} {of} J")));
-            for (set, _) in held_sets(body) {
-                let head = |axis| format!("{name} reaction {axis} at {set} [{stress} {length}2]");
-                heads.extend(["x", "y", "z"].map(head));
-            }
-        }
-        if judged {
-            heads.extend(["mean", "largest"].map(|of| format!("estimated {of} error [{length}]")));
-            heads.push("estimated error in the energy norm [%]".into());
-            heads.push("estimate".into());
-            heads.push(RESIDUAL.into());
-        }
-        heads.extend(["outside their ranges", "warnings", "failure"].map(String::from));
-        heads
-    }
-
-    fn line(&self, case: usize, row: &Row<'_>, judged: bool) -> String {
-        let body = self.body;
-        let mut cells = vec![case.to_string()];
-        cells.extend(match row.theta.is_empty() {
-            true => vec![String::new(); body.parameters.len()],
-            false => shown(body, &row.theta).iter().map(f64::to_string).collect(),
-        });
-        for field in &row.fields {
-            cells.extend(mean_and_largest(field).map(|x| x.to_string()));
-            let energy = body.has_potential().then(|| body.value(field, &row.theta));
-            cells.push(energy.map_or(String::new(), |energy| energy.to_string()));
-            cells.extend(body.cavity_volumes(field).iter().map(f64::to_string));
-            cells.extend(least_and_largest_ratio(body, field).map(|ratio| ratio.to_string()));
-            // Mixed elements without their pressures have none.
-            match reactions(body, field, row.pressure, &row.theta) {
-                Ok(forces) => cells.extend(forces.iter().flatten().map(f64::to_string)),
-                Err(_) => cells.extend(vec![String::new(); 3 * held_sets(body).count()]),
-            }
-        }
-        if row.fields.is_empty() {
-            let each = 5 + body.cavities.len() + 3 * held_sets(body).count();
-            cells.extend(vec![String::new(); self.names.len() * each]);
-        }
-        if judged {
-            let number =
-                |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
-            let Quality { mean, largest, energy_norm, kind, residual } =
-                row.quality.clone().unwrap_or_default();
-            cells.extend([mean, largest, energy_norm].map(number));
-            cells.extend([kind, number(residual)]);
-        }
-        cells.push(outside(&body.parameters, &row.theta).join("; "));
-        cells.push(row.warnings.join("; "));
-        cells.push(row.failure.clone().unwrap_or_default());
-        csv_line(&cells)
-    }
 }
 
 /// θ in the parameters' own units.
@@ -383,27 +255,15 @@ fn cells(body: &Body) -> Vec<u8> {
     to_npy_of("<i8", &[count, nodes.len() / count.max(1)], &bytes)
 }
 
-/// Names of the parameters with their units as an npy file of texts of one length.
-fn heads(body: &Body) -> Vec<u8> {
-    let heads: Vec<String> = body.parameters.iter().map(|p| p.unit.head(&p.name)).collect();
-    let length = heads.iter().map(|head| head.chars().count()).max().unwrap_or(1);
-    let padded = |head: &String| -> Vec<char> {
-        head.chars().chain(std::iter::repeat('\0')).take(length).collect()
+/// Texts as an npy file, of one length.
+fn texts(texts: &[String]) -> Vec<u8> {
+    let length = texts.iter().map(|text| text.chars().count()).max().unwrap_or(1);
+    let padded = |text: &String| -> Vec<char> {
+        text.chars().chain(std::iter::repeat('\0')).take(length).collect()
     };
-    let bytes: Vec<u8> =
-        heads.iter().flat_map(padded).flat_map(|letter| u32::from(letter).to_le_bytes()).collect();
-    to_npy_of(&format!("<U{length}"), &[heads.len()], &bytes)
-}
-
-/// A line of a CSV table, its cells in quotes where they need to be.
-pub(crate) fn csv_line<T: ToString>(cells: &[T]) -> String {
-    let quoted = |cell: &T| match cell.to_string() {
-        text if text.contains([',', '"', '\n']) => {
-            format!("\"{}\"", text.replace('"', "\"\"").replace('\n', " "))
-        }
-        text => text,
-    };
-    cells.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n"
+    let letters = texts.iter().flat_map(padded);
+    let bytes: Vec<u8> = letters.flat_map(|letter| u32::from(letter).to_le_bytes()).collect();
+    to_npy_of(&format!("<U{length}"), &[texts.len()], &bytes)
 }
 
 /// Table of a path along a parameter.
@@ -415,8 +275,37 @@ pub(crate) fn failed(path: &Path) -> impl FnOnce(io::Error) -> MeshError {
     move |source| MeshError::File { path, source }
 }
 
+/// Makes a folder of results, removes what an earlier run left there, and writes its table.
+pub(crate) fn write_table(folder: &Path, text: &str) -> Result<(), MeshError> {
+    std::fs::create_dir_all(folder).map_err(failed(folder))?;
+    clear(folder).map_err(failed(folder))?;
+    let table = folder.join("cases.csv");
+    std::fs::write(&table, text).map_err(failed(&table))
+}
+
+/// A picture: number of its case, time, mesh with its fields, numbers of the whole mesh by name.
+type Picture = (usize, f64, AnyMesh, Vec<(String, f64)>);
+
+/// Writes pictures, and the list of them where there are some.
+pub(crate) fn write_series(
+    folder: &Path,
+    pictures: impl Iterator<Item = Picture>,
+) -> Result<(), MeshError> {
+    let mut series = Vec::new();
+    for (case, time, mesh, numbers) in pictures {
+        let name = PathBuf::from(format!("{case:04}.vtu"));
+        mesh.write_vtu_with(folder.join(&name), &numbers)?;
+        series.push((time, name));
+    }
+    if series.is_empty() {
+        return Ok(());
+    }
+    let series: Vec<_> = series.iter().map(|(time, file)| (*time, file.as_path())).collect();
+    sinew_mesh::write_pvd(folder.join("cases.pvd"), &series)
+}
+
 /// Removes what an earlier run wrote, and nothing else.
-pub(crate) fn clear(folder: &Path) -> io::Result<()> {
+fn clear(folder: &Path) -> io::Result<()> {
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -428,6 +317,16 @@ pub(crate) fn clear(folder: &Path) -> io::Result<()> {
         }
     }
     Ok(())
+}
+
+/// Place of the solution of each θ that was solved for, or why it has none.
+pub fn by_row<'f>(thetas: &[Vec<f64>], found: &'f Simulations) -> Vec<Result<usize, &'f str>> {
+    let (mut failures, mut solved) = (found.failures.iter().peekable(), 0..found.fields.len());
+    let place = |theta: &Vec<f64>| match failures.next_if(|failure| failure.theta == *theta) {
+        Some(failure) => Some(Err(failure.reason.as_str())),
+        None => solved.next().map(Ok),
+    };
+    thetas.iter().filter_map(place).collect()
 }
 
 /// Least and largest volume ratio J over the quadrature points.

@@ -153,7 +153,7 @@ impl Comparison {
                 let steps = after.steps as f64 * own.times.correction_s;
                 let mut row = row(method, name, &after.errors, times.map(|t| t + steps), count)?;
                 row.others.resize(3, Cell::default());
-                table.push(row.other(of(after.hurt, own.cases)))?;
+                table.push(row.other(of(after.hurt, own.calibration.cases)))?;
             }
         }
         if let Some(times) = self.methods.first().map(|method| method.evaluation.times) {

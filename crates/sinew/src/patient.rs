@@ -8,7 +8,7 @@ mod prepared;
 mod tables;
 
 use crate::case::{Case, CaseError};
-pub use prepared::{Prepared, Reported};
+pub use prepared::Prepared;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_calibrate::{Forward, Prior};

@@ -4,14 +4,14 @@ mod posterior;
 
 use crate::case::advise;
 use crate::npz;
-use crate::output::{clear, csv_line, failed};
-use crate::theta::{ThetaText, cells, head, is_comment, outside, table_text};
+use crate::output::{csv_line, failed, write_series, write_table};
+use crate::theta::{ThetaText, cells, head, heads, is_comment, outside, table_text};
 pub use posterior::{Measured, RunsPosterior};
 use sinew_emulate::{Output, Predicted, RunsEmulator, share_of};
 use sinew_energy::{Parameter, Unit};
-use sinew_mesh::{AnyMesh, Field, MeshError};
+use sinew_mesh::{AnyMesh, DISPLACEMENT, Field, MeshError, to_npy};
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Distance from the points of a mesh over their size below which vectors are positions: a displacement that doubles all coordinates in
 /// every run is none of a body.
@@ -344,36 +344,31 @@ pub fn write_predictions(
     found: &[(Vec<f64>, Vec<Predicted>)],
     pictures: usize,
 ) -> Result<(), MeshError> {
-    std::fs::create_dir_all(folder).map_err(failed(folder))?;
-    clear(folder).map_err(failed(folder))?;
-    let table = folder.join("cases.csv");
-    std::fs::write(&table, lines(emulator, found)).map_err(failed(&table))?;
+    write_table(folder, &lines(emulator, found))?;
     let Some(mesh) = &emulator.mesh else { return Ok(()) };
     let theta: Vec<f64> = found.iter().flat_map(|(theta, _)| theta.clone()).collect();
     let fields: Vec<f64> = found.iter().flat_map(|(_, found)| found[0].values.clone()).collect();
     let (cases, nodes, count) = (found.len(), mesh.points().len(), emulator.parameters.len());
     let archive = folder.join("cases.npz");
-    let arrays: [npz::Named<'_>; 2] =
-        [("theta", &[cases, count], &theta), ("displacement", &[cases, nodes, 3], &fields)];
-    npz::write(&archive, &arrays, &[]).map_err(failed(&archive))?;
-    let mut series = Vec::new();
-    for (case, (_, found)) in found.iter().enumerate().take(pictures) {
+    let arrays = [
+        ("theta".into(), to_npy(&[cases, count], &theta)),
+        (DISPLACEMENT.into(), to_npy(&[cases, nodes, 3], &fields)),
+    ];
+    npz::write(&archive, arrays).map_err(failed(&archive))?;
+    let picture = |(case, (_, found)): (usize, &(Vec<f64>, Vec<Predicted>))| {
         let mut mesh = mesh.clone();
         let field = Field::vectors(found[0].values.as_chunks::<3>().0);
-        mesh.point_fields_mut().insert("displacement".into(), field);
-        let name = PathBuf::from(format!("{case:04}.vtu"));
-        mesh.write_vtu(folder.join(&name))?;
-        series.push((case as f64, name));
-    }
-    let series: Vec<_> = series.iter().map(|(time, file)| (*time, file.as_path())).collect();
-    sinew_mesh::write_pvd(folder.join("cases.pvd"), &series)
+        mesh.point_fields_mut().insert(DISPLACEMENT.into(), field);
+        (case, case as f64, mesh, Vec::new())
+    };
+    write_series(folder, found.iter().enumerate().take(pictures).map(picture))
 }
 
 /// Lines of the table of predictions.
 fn lines(emulator: &RunsEmulator, found: &[(Vec<f64>, Vec<Predicted>)]) -> String {
     let number = emulator.mesh.is_none();
     let mut heads = vec!["case".to_string()];
-    heads.extend(emulator.parameters.iter().map(|p| p.unit.head(&p.name)));
+    heads.extend(self::heads(&emulator.parameters));
     for left in emulator.left_out() {
         let unit = Unit::from(left.unit.as_str());
         heads.extend(number.then(|| unit.head(&left.name)));

@@ -243,8 +243,7 @@ impl<'b> Service<'b> {
     /// θ in the units of the scene, of values that its law has a meaning for.
     fn theta(&self, input: Option<&[Vec<f64>]>) -> Result<Vec<f64>, Response> {
         let parameters = &self.body.parameters;
-        let names =
-            || parameters.iter().map(|p| p.unit.head(&p.name)).collect::<Vec<_>>().join(", ");
+        let names = || crate::heads(parameters).join(", ");
         let Some([values]) = input else {
             let found = input.map_or(0, <[_]>::len);
             return refuse(format!("the input has {found} vectors; give one: {}", names()));

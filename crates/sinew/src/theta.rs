@@ -28,6 +28,11 @@ pub fn values_in_words(parameters: &[Parameter], theta: &[f64]) -> String {
     parameters.iter().zip(theta).map(pair).collect::<Vec<_>>().join(", ")
 }
 
+/// Heads of columns of parameters in their own units, such as `p [mmHg]`.
+pub fn heads(parameters: &[Parameter]) -> Vec<String> {
+    parameters.iter().map(|parameter| parameter.unit.head(&parameter.name)).collect()
+}
+
 /// A parameter with its range, in its own unit: `p from 4 to 10 mmHg`.
 pub fn range_in_words(parameter: &Parameter) -> String {
     format!("{} {}", parameter.name, range(parameter))

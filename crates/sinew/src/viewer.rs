@@ -5,11 +5,10 @@ mod fields;
 mod surface;
 
 use crate::{Emulator, locking_in_words};
-pub use compact::ViewerError;
 use compact::{Compact, PREDICTIONS, Sampled, predicted, relative};
 use fields::ErrorModel;
 use serde_json::{Value, json};
-use sinew_emulate::{Design, Observer, PodRegression, split_seed};
+use sinew_emulate::{Design, Error, Observer, PodRegression, Result, split_seed};
 use sinew_energy::{Body, CavityPart, Lid, Magnitude, SymmetryPlane};
 use sinew_report::format::digits;
 use sinew_report::{Packed, Quantity, Slider, Source, Viewer, ViewerCavity, ViewerEmulator};
@@ -21,6 +20,10 @@ const CHECKED: usize = 100;
 const DEGREE: usize = 8;
 /// Largest error that a page may add, relative to the emulator's own.
 const MOST_ADDED: f64 = 1.0 / 3.0;
+
+const NO_SURFACE: &str =
+    "the body has no surface to be shown; a page needs a mesh of tetrahedra or hexahedra";
+const NOT_MEASURED: &str = "the emulator was not measured on held-out cases, so the error that a page adds cannot be judged; train it by a recipe";
 
 /// Rounding error of the page's displacements \[relative to their norm\], below 1e-6, which is invisible.
 const ROUNDING: f64 = 8e-7;
@@ -36,14 +39,10 @@ const ROUNDING: f64 = 8e-7;
 /// # Errors
 /// An emulator that adds more than a third of its own error when it is regressed, a body that has no surface, predictions of which
 /// most invert cells.
-pub fn viewer(
-    emulator: &Emulator<'_>,
-    seed: u64,
-    observer: &mut dyn Observer,
-) -> Result<Viewer, ViewerError> {
+pub fn viewer(emulator: &Emulator<'_>, seed: u64, observer: &mut dyn Observer) -> Result<Viewer> {
     let body = emulator.body();
-    let surface = Surface::of(body).ok_or(ViewerError::NoSurface)?;
-    let mut sample = |design: Design, count, stream| -> Result<Sampled, ViewerError> {
+    let surface = Surface::of(body).ok_or_else(|| Error::Refused(NO_SURFACE.into()))?;
+    let mut sample = |design: Design, count, stream| -> Result<Sampled> {
         let thetas = design.sample(&body.parameters, count, split_seed(seed, stream))?;
         let fields = predicted(emulator, &thetas, observer)?;
         Ok(Sampled { thetas, fields })
@@ -97,14 +96,14 @@ impl Motion {
         surface: &Surface,
         fitted: &Sampled,
         checked: &Sampled,
-    ) -> Result<Self, ViewerError> {
+    ) -> Result<Self> {
         if let Some(regression) = emulator.predictor.regression() {
             let rows = surface.rows();
             let shown = Compact::of(regression.clone(), Some(&rows), &fitted.thetas, ROUNDING)?;
             return Ok(Self { shown, added: None });
         }
-        let own = emulator.record.held_out.as_ref().ok_or(ViewerError::NotMeasured)?;
-        let own = own.relative.mean;
+        let own = emulator.record.held_out.as_ref();
+        let own = own.ok_or_else(|| Error::Refused(NOT_MEASURED.into()))?.relative.mean;
         let at = |field: &Vec<f64>| surface.of_field(field);
         let fields: Vec<_> = fitted.fields.iter().map(at).collect();
         let parameters = &emulator.body().parameters;
@@ -115,7 +114,11 @@ impl Motion {
         // Written so that a NaN is refused as well.
         let bearable = added <= MOST_ADDED * own;
         if !bearable {
-            return Err(ViewerError::Distilled { added, own });
+            return Err(Error::Refused(format!(
+                "a page cannot hold this emulator: a regression of {PREDICTIONS} of its predictions is {added:.1e} of the displacement off \
+                 them, more than a third of the emulator's own error of {own:.1e}; export one of the recipe regression, or train over \
+                 smaller ranges"
+            )));
         }
         Ok(Self { shown, added: Some(added) })
     }
@@ -164,14 +167,12 @@ fn cavities(body: &Body, surface: &Surface, fitted: &Sampled) -> ViewerEmulator 
         let of_theta = |pressure: &&sinew_energy::PressureSurface| {
             cavity.triangles().next().is_some_and(|nodes| pressure.nodes.contains(&nodes[0]))
         };
-        let pressure = match body.pressures.iter().find(of_theta)?.magnitude {
-            Magnitude::Theta(index) => Some(index),
-            Magnitude::Fixed(_) => None,
-        };
+        let magnitude = body.pressures.iter().find(of_theta)?.magnitude;
+        let is_its = |index: &usize| magnitude == Magnitude::Theta(*index);
         Some(ViewerCavity {
             name: cavity.name.clone(),
             parts: cavity.parts.iter().map(|part| closed(part, surface)).collect::<Option<_>>()?,
-            pressure,
+            pressure: (0..body.parameters.len()).find(is_its),
             range: [own().fold(f64::INFINITY, f64::min), own().fold(0.0, f64::max)],
         })
     };

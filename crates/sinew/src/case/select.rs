@@ -240,23 +240,20 @@ impl Case {
     /// Adds the selections to the mesh, those first that others name.
     pub(super) fn lower_selections(&self, mesh: &mut AnyMesh) -> Result<()> {
         let scale = self.mesh.scale(&self.source)?;
-        let mut left: Vec<&String> = self.select.keys().collect();
+        let mut left: Vec<&str> = self.select.keys().map(String::as_str).collect();
         while !left.is_empty() {
-            let waits = |name: &&String| {
-                self.select[*name].sets().iter().any(|set| left.iter().any(|other| other == set))
+            let is_ready =
+                |name: &&str| !self.select[*name].sets().iter().any(|set| left.contains(set));
+            let Some(place) = left.iter().position(is_ready) else {
+                let reason = "it names a selection that names this one in turn; give one of them by other conditions";
+                return Err(self.source.error(&["select", left[0]], reason.into()));
             };
-            let ready: Vec<&String> = left.iter().copied().filter(|name| !waits(name)).collect();
-            self.source.refuse_if(ready.is_empty(), &["select", left[0]], || {
-                "it names a selection that names this one in turn; give one of them by other conditions"
-            })?;
-            for &name in &ready {
-                let error = |reason| self.source.error(&["select", name], reason);
-                let scale = |report: &ReadReport| self.mesh.factor(scale, report);
-                let selection = self.select[name].selection(&scale).map_err(error)?;
-                mesh.select(name, &selection)
-                    .map_err(|reason| error(format!("{reason} (lengths in mm)")))?;
-            }
-            left.retain(|name| !ready.contains(name));
+            let name = left.remove(place);
+            let error = |reason| self.source.error(&["select", name], reason);
+            let scale = |report: &ReadReport| self.mesh.factor(scale, report);
+            let selection = self.select[name].selection(&scale).map_err(error)?;
+            mesh.select(name, &selection)
+                .map_err(|reason| error(format!("{reason} (lengths in mm)")))?;
         }
         Ok(())
     }

@@ -2,7 +2,6 @@
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
-use std::path::PathBuf;
 use toml::de::{DeTable, DeValue};
 
 /// Name and text of a case file.
@@ -26,12 +25,8 @@ impl Source {
 
     /// An error at a key, given with those of the tables around it; entries of arrays by their index.
     pub(crate) fn error(&self, keys: &[&str], reason: String) -> CaseError {
-        CaseError::Key {
-            file: self.file.clone(),
-            line: self.line_of(keys),
-            key: keys.join("."),
-            reason,
-        }
+        let (file, line, key) = (self.file.clone(), self.line_of(keys), keys.join("."));
+        CaseError { file, line, key, reason }
     }
 
     /// Refuses what is wrong at a key.
@@ -65,7 +60,7 @@ impl Source {
         // A key missing at the top level has no line.
         let whole = keys.is_empty() && reason.contains(IS_MISSING);
         let line = start.filter(|_| !whole && !self.unseen).map(|start| self.line_at(start));
-        CaseError::Key { file: self.file.clone(), line, key: keys.join("."), reason }
+        CaseError { file: self.file.clone(), line, key: keys.join("."), reason }
     }
 
     fn line_at(&self, byte: usize) -> usize {
@@ -220,32 +215,19 @@ impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Exactly<T, N
 /// Result of reading a case file.
 pub(crate) type Result<T, E = CaseError> = std::result::Result<T, E>;
 
-/// Why a case file describes no body.
+/// Why a case file describes no body: something wrong at a key, or in the file.
 #[derive(Debug, thiserror::Error)]
+#[error("{file}{}{}: {reason}", place(*line), named(key))]
 #[non_exhaustive]
-pub enum CaseError {
-    /// A file that cannot be read.
-    #[error("the case file {} cannot be read: {source}{advice}", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-        /// A name that may have been meant.
-        advice: String,
-    },
-    /// Something wrong at a key.
-    #[error("{file}{}{}: {reason}", place(*line), named(key))]
-    Key {
-        /// The case file.
-        file: String,
-        /// Line, from 1.
-        line: Option<usize>,
-        /// The key with those of the tables around it, such as `parameters.mu`.
-        key: String,
-        /// Fault and advice.
-        reason: String,
-    },
+pub struct CaseError {
+    /// The case file.
+    pub file: String,
+    /// Line, from 1.
+    pub line: Option<usize>,
+    /// The key with those of the tables around it, such as `parameters.mu`; empty for the whole file.
+    pub key: String,
+    /// Fault and advice.
+    pub reason: String,
 }
 
 fn place(line: Option<usize>) -> String {

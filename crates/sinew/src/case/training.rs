@@ -16,35 +16,49 @@ type Network = toml::Table;
 /// Largest size of a network and of a batch: beyond, a step takes minutes.
 const MOST: usize = 1024;
 
-/// Settings of an emulator's training; every key may be left out.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+/// Settings of an emulator's training; every key may be left out. Those with an option of `sinew train` have its help as documentation.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, clap::Args)]
 #[serde(default, deny_unknown_fields)]
 pub struct Training {
-    /// The recipe.
-    pub recipe: RecipeName,
-    /// Simulations to learn from; by default the recipe's own number.
+    /// Kind of emulator
+    #[arg(long, value_enum)]
+    pub recipe: Option<RecipeName>,
+    /// Number of simulations to learn from
+    #[arg(long, value_name = "COUNT")]
     pub samples: Option<usize>,
-    /// Error relative to the displacements at which a regression is good enough.
+    /// Validation error, relative to the displacements, below which a regression takes no more simulations
+    #[arg(long)]
     pub target: Option<f64>,
-    /// Wall time of simulations and training \[min\].
+    /// Solved states that the expansion of taylor or pi passes through. They are added where the error is largest, and
+    /// count as simulations
+    #[arg(long, value_name = "COUNT")]
+    pub anchors: Option<usize>,
+    /// Wall time of simulations and training in minutes
+    #[arg(long, conflicts_with = "steps")]
     pub minutes: Option<f64>,
-    /// Training steps in all.
+    /// Training steps
+    #[arg(long)]
     pub steps: Option<usize>,
-    /// Seed that all others derive from; 1 by default.
+    /// Seed of all random numbers
+    #[arg(long)]
     pub seed: Option<u64>,
     /// Simulations that nothing is trained on; 20 by default.
+    #[arg(skip)]
     pub held_out: Option<usize>,
-    /// Solved states that taylor or pi stand about; 1 by default.
-    pub anchors: Option<usize>,
     /// Design of the samples.
+    #[arg(skip)]
     pub design: Option<Design>,
     /// Sizes of the network.
+    #[arg(skip)]
     pub network: Option<Network>,
     /// Optimiser of the network's weights.
+    #[arg(skip)]
     pub optimiser: Option<Optimiser>,
     /// Peak of the learning rate, in every stage of a training.
+    #[arg(skip)]
     pub learning_rate: Option<f64>,
     /// Parameter sets in a training step.
+    #[arg(skip)]
     pub batch: Option<usize>,
 }
 
@@ -94,6 +108,11 @@ impl RecipeName {
 }
 
 impl Training {
+    /// Name of the recipe; `auto` by default.
+    pub fn recipe_name(&self) -> RecipeName {
+        self.recipe.unwrap_or_default()
+    }
+
     /// These settings, and those of `own` where they are not given; a budget replaces another, whichever kind it is.
     pub fn or(self, own: Self) -> Self {
         let (minutes, steps) = match (self.minutes, self.steps) {
@@ -101,14 +120,14 @@ impl Training {
             budget => budget,
         };
         Self {
-            recipe: self.recipe,
+            recipe: self.recipe.or(own.recipe),
             samples: self.samples.or(own.samples),
             target: self.target.or(own.target),
+            anchors: self.anchors.or(own.anchors),
             minutes,
             steps,
             seed: self.seed.or(own.seed),
             held_out: self.held_out.or(own.held_out),
-            anchors: self.anchors.or(own.anchors),
             design: self.design.or(own.design),
             network: self.network.or(own.network),
             optimiser: self.optimiser.or(own.optimiser),
@@ -119,16 +138,19 @@ impl Training {
 
     /// The first key of networks that the recipe does not read, or whose value admits no training, and the reason.
     pub fn objection(&self) -> Option<(&'static str, String)> {
+        if self.minutes.is_some() && self.steps.is_some() {
+            return Some(("steps", "give minutes or steps, not both".into()));
+        }
         let keys = [
             ("network", self.network.is_some()),
             ("optimiser", self.optimiser.is_some()),
             ("learning_rate", self.learning_rate.is_some()),
             ("batch", self.batch.is_some()),
         ];
-        if let RecipeName::Taylor | RecipeName::Regression = self.recipe
+        if let recipe @ (RecipeName::Taylor | RecipeName::Regression) = self.recipe_name()
             && let Some((key, _)) = keys.into_iter().find(|(_, given)| *given)
         {
-            let recipe = self.recipe.key();
+            let recipe = recipe.key();
             let advice = "leave this key out, or choose pi, dd or auto";
             return Some((key, format!("the recipe `{recipe}` trains no network; {advice}")));
         }
@@ -170,7 +192,8 @@ impl Training {
     ) -> Result<Emulator<'b>, Error> {
         #[cfg(feature = "networks")]
         {
-            let trains = !matches!(self.recipe, RecipeName::Taylor | RecipeName::Regression);
+            let name = self.recipe_name();
+            let trains = !matches!(name, RecipeName::Taylor | RecipeName::Regression);
             let levels = self.network.iter().flat_map(|network| &network.virtual_nodes).flatten();
             let first = levels.copied().next();
             if let Some(first) = first.filter(|&first| trains && first >= body.nodes) {
@@ -184,15 +207,16 @@ impl Training {
         #[cfg(not(feature = "networks"))]
         {
             use sinew_emulate::{Train, recipe::Taylor};
-            if self.recipe.is_network() {
+            let name = self.recipe_name();
+            if name.is_network() {
                 let reason = format!(
                     "the recipe `{}` trains a network, which this build leaves out; build with the feature `networks`, or \
                      choose taylor or regression",
-                    self.recipe.key()
+                    name.key()
                 );
                 return Err(Error::Network(reason.into()));
             }
-            match self.recipe {
+            match name {
                 RecipeName::Taylor => Taylor.train(body, options, observer),
                 _ => self.regression().train(body, options, observer),
             }
@@ -202,7 +226,7 @@ impl Training {
     /// The recipe with its settings.
     #[cfg(feature = "networks")]
     pub fn recipe(&self) -> Recipe {
-        match self.recipe {
+        match self.recipe_name() {
             RecipeName::Auto => {
                 let rivals = vec![self.data_driven(None).into()];
                 Auto { regression: self.regression(), rivals }.into()

@@ -46,11 +46,6 @@ pub(crate) const VOLUME: Dimension =
 const PREFIXED: [&str; 3] = ["MPa", "mm", "mm3"];
 
 impl Dimension {
-    /// The unit that reports print.
-    pub(crate) fn first(&self) -> (&'static str, f64) {
-        self.units[0]
-    }
-
     /// A unit by its name.
     ///
     /// # Errors

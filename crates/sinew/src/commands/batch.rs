@@ -34,18 +34,10 @@ pub(crate) struct Written {
     pub(crate) fields: bool,
 }
 
-/// A row that was asked for.
-#[derive(Debug, Default)]
-struct Asked {
-    /// Empty where it could not be read.
-    theta: Vec<f64>,
-    failure: Option<String>,
-}
-
-/// All rows, in their order.
-#[derive(Debug, Default)]
-pub(crate) struct Batch {
-    rows: Vec<Asked>,
+/// Rows that were asked for, in their order.
+pub(crate) struct Batch<'b> {
+    body: &'b Body,
+    rows: Vec<Row<'b>>,
     /// Rows of the parts before this one.
     before: usize,
     /// Number of rows that could not be read or are invalid.
@@ -81,23 +73,23 @@ impl ThetaArguments {
     ///
     /// # Errors
     /// θ on the command line that cannot be read or makes no sense, a table without one row that can.
-    pub(crate) fn read(&self, body: &Body, spare: Option<usize>) -> Result<Batch> {
+    pub(crate) fn read<'b>(&self, body: &'b Body, spare: Option<usize>) -> Result<Batch<'b>> {
         let spare = spare.map(|index| (index, body.centre()[index]));
-        let mut batch = Batch::default();
+        let mut batch = Batch { body, rows: Vec::new(), before: 0, wrong: 0, told: 0 };
         for text in &self.theta {
             if text.contains('=') {
                 let theta = parse_theta_but(text, &body.parameters, spare)?;
                 admissible(body, &theta).map_err(|why| Usage(format!("--theta {text}: {why}")))?;
-                batch.rows.push(Asked { theta, failure: None });
+                batch.rows.push(Row { theta, ..Row::default() });
             } else {
-                batch.read_table(text, body)?;
+                batch.read_table(text)?;
             }
         }
         if self.theta.is_empty() {
-            batch.rows.push(Asked { theta: body.centre(), failure: None });
+            batch.rows.push(Row { theta: body.centre(), ..Row::default() });
         }
-        refuse_if(batch.open().next().is_none(), || {
-            let first = batch.rows.iter().find_map(|row| row.failure.clone()).unwrap_or_default();
+        refuse_if(batch.wrong == batch.rows.len(), || {
+            let first = batch.rows[0].failure.as_deref().unwrap_or_default();
             format!("there is no row that can be computed; the first: {first}")
         })?;
         tell_outside(&body.parameters, &batch.thetas());
@@ -105,23 +97,33 @@ impl ThetaArguments {
     }
 }
 
-impl Batch {
-    fn read_table(&mut self, file: &str, body: &Body) -> Result<()> {
-        for (line, found) in read_rows(Path::new(file), &body.parameters)? {
-            let (theta, wrong) = match found {
+impl<'b> Batch<'b> {
+    fn read_table(&mut self, file: &str) -> Result<()> {
+        for (line, found) in read_rows(Path::new(file), &self.body.parameters)? {
+            let (theta, failure) = match found {
                 Ok(theta) => {
-                    let wrong = admissible(body, &theta).err();
+                    let wrong = admissible(self.body, &theta).err();
                     (theta, wrong.map(|why| format!("{file}, line {line}: {why}")))
                 }
                 Err(error) => (Vec::new(), Some(error.to_string())),
             };
-            self.rows.push(Asked { theta, failure: None });
-            if let Some(reason) = wrong {
+            if let Some(reason) = &failure {
                 self.wrong += 1;
-                self.close(self.rows.len() - 1, reason.clone(), &reason);
+                tell_left_out(&mut self.told, reason);
             }
+            self.rows.push(Row { theta, failure, ..Row::default() });
         }
         Ok(())
+    }
+
+    /// Rows that nothing is wrong with so far.
+    fn open(&self) -> impl Iterator<Item = &Row<'b>> {
+        self.rows.iter().filter(|row| row.failure.is_none())
+    }
+
+    /// θ of the open rows.
+    pub(crate) fn thetas(&self) -> Vec<Vec<f64>> {
+        self.open().map(|row| row.theta.clone()).collect()
     }
 
     /// Whether no part came before.
@@ -129,60 +131,54 @@ impl Batch {
         self.before == 0
     }
 
-    /// Rows that nothing is wrong with so far.
-    pub(crate) fn open(&self) -> impl Iterator<Item = usize> {
-        (0..self.rows.len()).filter(|&row| self.rows[row].failure.is_none())
-    }
-
-    /// θ of the open rows.
-    pub(crate) fn thetas(&self) -> Vec<Vec<f64>> {
-        self.open().map(|row| self.rows[row].theta.clone()).collect()
-    }
-
-    /// Closes a row that could not be computed, and tells why.
-    pub(crate) fn fail(&mut self, body: &Body, row: usize, reason: String) {
-        let at = theta_in_words(body, &self.rows[row].theta);
-        self.close(row, reason.clone(), &format!("{at}: {reason}"));
-    }
-
-    fn close(&mut self, row: usize, reason: String, told: &str) {
-        self.rows[row].failure = Some(reason);
-        self.told += 1;
-        if self.told <= MOST_WARNINGS {
-            eprintln!("left out: {told}");
-        }
-    }
-
     /// Computes and writes the rows in parts whose fields fit in memory together; with --arrays all at once.
     ///
     /// # Errors
     /// Those of a part; after all are written, that rows failed.
     pub(crate) fn in_parts(
-        self,
-        body: &Body,
+        mut self,
         written: &Written,
         mut compute: impl FnMut(Self) -> Result<usize>,
     ) -> Result<()> {
-        let Self { mut rows, wrong, told, .. } = self;
-        let all = rows.len();
-        let fit = PART / size_of_val(&body.prescribed[..]);
+        let all = self.rows.len();
+        let fit = PART / size_of_val(&self.body.prescribed[..]);
         let most = if written.arrays { all } else { fit.max(written.pictures).max(1) };
         let mut failed = 0;
         for before in (0..all).step_by(most) {
             if most < all {
                 eprintln!("rows {} to {} of {all}", before, all.min(before + most) - 1);
             }
-            let part = rows.drain(..most.min(rows.len())).collect();
-            failed += compute(Self { rows: part, before, wrong, told })?;
+            let rows = self.rows.drain(..most.min(self.rows.len())).collect();
+            failed += compute(Self { rows, before, ..self })?;
         }
-        outcome(failed, all, wrong)
+        outcome(failed, all, self.wrong)
     }
 
-    /// Prints a line for each of the first open rows, with what is to be said of it; its place among the open ones is given.
-    pub(crate) fn print(&self, body: &Body, said: impl Fn(usize) -> String) {
+    /// Answers to these θ in their order; a row that has none is left out, with the reason.
+    pub(crate) fn answered<T>(
+        &mut self,
+        found: impl IntoIterator<Item = Result<T, String>>,
+    ) -> Vec<T> {
+        let asked = self.rows.iter_mut().filter(|row| row.failure.is_none());
+        let mut answers = Vec::new();
+        for (row, found) in asked.zip(found) {
+            match found {
+                Ok(answer) => answers.push(answer),
+                Err(reason) => {
+                    let at = theta_in_words(self.body, &row.theta);
+                    tell_left_out(&mut self.told, &format!("{at}: {reason}"));
+                    row.failure = Some(reason);
+                }
+            }
+        }
+        answers
+    }
+
+    /// Prints a line for each of the first answered rows, with what is to be said of it by its place among them.
+    pub(crate) fn print(&self, said: impl Fn(usize) -> String) {
         let lines = MOST_LINES.saturating_sub(self.before);
         for (place, row) in self.open().enumerate().take(lines) {
-            println!("{}{}", theta_in_words(body, &self.rows[row].theta), said(place));
+            println!("{}{}", theta_in_words(self.body, &row.theta), said(place));
         }
         if lines > 0
             && let Some(more @ 1..) = self.open().count().checked_sub(lines)
@@ -191,26 +187,25 @@ impl Batch {
         }
     }
 
-    /// Writes all rows, with what was found for the open ones, and says where; returns how many failed.
+    /// Writes all rows, with what was found for the answered ones, and says where; returns how many failed.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub(crate) fn write(
-        &self,
-        body: &Body,
-        names: &[&str],
-        found: Vec<Row<'_>>,
+    pub(crate) fn write<'a>(
+        self,
+        names: &[&'a str],
+        found: impl IntoIterator<Item = Row<'a>>,
         written: &Written,
         folder: &Path,
-    ) -> Result<usize> {
-        let failed = self.rows.len() - self.open().count();
-        let mut found = found.into_iter();
-        let row = |asked: &Asked| {
-            let found = if asked.failure.is_none() { found.next() } else { None };
-            let (theta, failure) = (asked.theta.clone(), asked.failure.clone());
-            Row { theta, failure, ..found.unwrap_or_default() }
-        };
-        let rows = self.rows.iter().map(row).collect();
+    ) -> Result<usize>
+    where
+        'b: 'a,
+    {
+        let (body, failed) = (self.body, self.rows.len() - self.open().count());
+        let mut rows: Vec<Row<'a>> = self.rows;
+        for (row, found) in rows.iter_mut().filter(|row| row.failure.is_none()).zip(found) {
+            *row = Row { theta: std::mem::take(&mut row.theta), ..found };
+        }
         let names = names.to_vec();
         let results = Results { body, names, rows, stresses: written.fields };
         if self.before > 0 {
@@ -247,5 +242,13 @@ fn outcome(failed: usize, all: usize, wrong: usize) -> Result<()> {
         (0, _) => Ok(()),
         (_, 0) => Err(anyhow::anyhow!(reason)),
         _ => refuse(reason),
+    }
+}
+
+/// Tells why a row is left out, if few others were told.
+fn tell_left_out(told: &mut usize, reason: &str) {
+    *told += 1;
+    if *told <= MOST_WARNINGS {
+        eprintln!("left out: {reason}");
     }
 }

@@ -1,6 +1,6 @@
 //! Errors and times of trained emulators, and the page of the last evaluation.
 
-use super::{CaseArguments, Usage, refuse_if, solved, trained};
+use super::{CaseArguments, Usage, chosen, refuse_if, solved, trained};
 use anyhow::{Context, Result};
 use clap::Args;
 use sinew::{Comparison, Design, Origin, TestSet};
@@ -31,15 +31,11 @@ const SEED: u64 = 0x7e57;
 impl Evaluate {
     pub(crate) fn run(&self) -> Result<()> {
         let (case, body, folder) = self.case.open()?;
-        let mut found = trained(&folder)?;
-        for name in &self.emulator {
-            refuse_if(found.iter().all(|(known, _)| known != name), || {
-                let names: Vec<_> = found.iter().map(|(name, _)| name.as_str()).collect();
-                let (folder, names) = (folder.display(), names.join(", "));
-                format!("there is no emulator `{name}` in {folder}; there are: {names}")
-            })?;
-        }
-        found.retain(|(name, _)| self.emulator.is_empty() || self.emulator.contains(name));
+        let named = |name: &String| chosen(Some(name), &case, &folder);
+        let found = match &self.emulator[..] {
+            [] => trained(&folder)?,
+            names => names.iter().map(named).collect::<Result<_>>()?,
+        };
         let thetas = Design::Uniform.sample(&body.parameters, self.cases, SEED)?;
         let kept = folder.join(format!("test/{}", self.cases));
         let simulations = solved(&body, &thetas, "solve test cases", Some(&kept))?;

@@ -7,8 +7,9 @@ use anyhow::{Context, Result};
 use clap::Args;
 use serde_json::json;
 use sinew::case::{RecipeName, Training};
-use sinew::{Body, Case, Emulator, Sampling, TrainingOptions, npz};
+use sinew::{Body, Case, Emulator, TrainingOptions, npz};
 use sinew_emulate::Terminal;
+use sinew_mesh::to_npy;
 use std::path::Path;
 
 /// Body.
@@ -65,11 +66,9 @@ impl Export {
         }
         let device = sinew::Backend::default().device()?;
         let weights = sinew_gnn::Surrogate::load(&stored, &device)?.weights();
-        let arrays =
-            weights.iter().map(|(name, shape, values)| (&name[..], &shape[..], &values[..]));
         let file = folder.join(format!("{name}.npz"));
-        npz::write(&file, &arrays.collect::<Vec<_>>(), &[])
-            .with_context(|| file.display().to_string())?;
+        let arrays = weights.iter().map(|(name, shape, u)| (name.clone(), to_npy(shape, u)));
+        npz::write(&file, arrays).with_context(|| file.display().to_string())?;
         println!("written: {}, {} arrays", file.display(), weights.len());
         Ok(())
     }
@@ -100,9 +99,9 @@ impl Export {
 
 /// A regression as `sinew train --recipe regression` makes it.
 fn regression<'b>(case: &Case, body: &'b Body, folder: &Path) -> Result<Emulator<'b>> {
-    let own = case.training.clone();
-    let training = Training { recipe: RecipeName::Regression, ..own };
-    let run = folder.join(training.recipe.key());
+    let recipe = RecipeName::Regression;
+    let training = Training { recipe: Some(recipe), ..case.training.clone() };
+    let run = folder.join(recipe.key());
     eprintln!("nothing is trained yet in {}: a regression is now", folder.display());
     let options = TrainingOptions {
         resume: run.exists(),
@@ -133,23 +132,20 @@ fn arrays(body: &Body, path: &Path) -> std::io::Result<()> {
     let directions: Vec<f64> = (0..points)
         .flat_map(|point| body.material.directions(point).as_flattened().to_vec())
         .collect();
-    let arrays: [npz::Named<'_>; 7] = [
-        ("positions", &[body.nodes, 3], body.positions.as_flattened()),
-        ("cells", &[body.cell_count(), each], &cells),
-        ("shape_gradients", &[points, each, 3], body.shape_gradients.as_flattened()),
-        ("volumes", &[points], &body.volumes),
-        ("nodal_force", &[body.nodes, 3], &body.nodal_force),
-        ("prescribed", &[body.nodes, 3], &prescribed),
-        ("directions", &[directions.len() / (3 * count.max(1)), count, 3], &directions),
+    let arrays = [
+        ("positions", to_npy(&[body.nodes, 3], body.positions.as_flattened())),
+        ("cells", to_npy(&[body.cell_count(), each], &cells)),
+        ("shape_gradients", to_npy(&[points, each, 3], body.shape_gradients.as_flattened())),
+        ("volumes", to_npy(&[points], &body.volumes)),
+        ("nodal_force", to_npy(&[body.nodes, 3], &body.nodal_force)),
+        ("prescribed", to_npy(&[body.nodes, 3], &prescribed)),
+        ("directions", to_npy(&[directions.len() / (3 * count.max(1)), count, 3], &directions)),
     ];
-    npz::write(path, &arrays, &[])
+    npz::write(path, arrays.map(|(name, array)| (name.into(), array)))
 }
 
 fn description(body: &Body) -> serde_json::Value {
-    let parameter = |p: &sinew::Parameter| {
-        let sampling = if p.sampling == Sampling::Log { "log" } else { "linear" };
-        json!({ "name": p.name, "unit": p.unit.of_scene(&body.units), "range": p.range, "sampling": sampling })
-    };
+    let parameter = |p: &sinew::Parameter| json!({ "name": p.name, "unit": p.unit.of_scene(&body.units), "range": p.range, "sampling": p.sampling });
     let probe: Vec<f64> = (0..3 * body.nodes).map(|i| 1e-4 * (i as f64).sin()).collect();
     let theta = body.centre();
     let mut force = vec![0.0; probe.len()];

@@ -69,7 +69,7 @@ impl Asked {
         &self,
         command: &str,
         (case, body, folder): (&Case, &Body, &Path),
-        compute: impl Fn(Batch, &Emulator<'_>, &Path) -> Result<usize>,
+        compute: impl Fn(Batch<'_>, &Emulator<'_>, &Path) -> Result<usize>,
     ) -> Result<()> {
         let (name, path) = chosen(self.emulator.as_deref(), case, folder)?;
         let batch = self.theta.read(body, None)?;
@@ -81,7 +81,7 @@ impl Asked {
             warn_of_locking(sinew_fem::locking(body, &first.thetas[0], first.field(0)));
         }
         let folder = folder.join(command).join(name);
-        batch.in_parts(body, &self.written, |batch| compute(batch, &emulator, &folder))
+        batch.in_parts(&self.written, |batch| compute(batch, &emulator, &folder))
     }
 }
 
@@ -101,19 +101,18 @@ impl Predict {
         }
         let reason = "--from answers to an accuracy: add --accuracy 1e-3";
         refuse_if(self.neighbour.body()?.is_some(), || reason)?;
-        let part =
-            |batch: Batch, emulator: &Emulator<'_>, to: &Path| self.part(batch, emulator, to);
+        let part = |batch: Batch<'_>, by: &Emulator<'_>, to: &Path| self.part(batch, by, to);
         self.asked.in_parts("predict", (&case, &body, &folder), part)
     }
 
     /// Predicts and writes a part of the rows; returns how many failed.
-    fn part(&self, mut batch: Batch, emulator: &Emulator<'_>, folder: &Path) -> Result<usize> {
+    fn part(&self, mut batch: Batch<'_>, emulator: &Emulator<'_>, folder: &Path) -> Result<usize> {
         let body = emulator.body();
         let prediction = predicted(emulator, &mut batch, self.refine)?;
         let estimates = if self.quick { Vec::new() } else { estimated(emulator, &prediction) };
         let unit = &body.units.length;
         tell_doubtful(body, (0..prediction.thetas.len()).map(|place| prediction.field(place)));
-        batch.print(body, |place| {
+        batch.print(|place| {
             let moved = displacement_in_words(prediction.field(place), unit);
             let error = estimates.get(place).map_or(String::new(), |found| found.in_words(unit));
             let between = if error.is_empty() { "" } else { "; " };
@@ -125,8 +124,8 @@ impl Predict {
             warnings: others(&prediction.warnings[place]),
             ..Row::default()
         };
-        let answers = (0..prediction.thetas.len()).map(answer).collect();
-        batch.write(body, &["predicted"], answers, &self.asked.written, folder)
+        let answers = (0..prediction.thetas.len()).map(answer);
+        batch.write(&["predicted"], answers, &self.asked.written, folder)
     }
 }
 
@@ -134,26 +133,26 @@ impl Predict {
 ///
 /// # Errors
 /// No row has one.
-fn predicted(emulator: &Emulator<'_>, batch: &mut Batch, steps: usize) -> Result<Prediction> {
+fn predicted(emulator: &Emulator<'_>, batch: &mut Batch<'_>, steps: usize) -> Result<Prediction> {
     let refined = |thetas: &[Vec<f64>], wrong: &'static str| {
         let found = emulator.refine(thetas, steps)?;
         ensure!(found.displacement.iter().all(|u| u.is_finite()), wrong);
         Ok(found)
     };
-    let refused = match refined(&batch.thetas(), "no prediction is finite") {
+    let thetas = batch.thetas();
+    let refused = match refined(&thetas, "no prediction is finite") {
         Ok(prediction) => return Ok(prediction),
         Err(refused) => refused,
     };
     // Which of them, one by one.
-    for (row, theta) in batch.open().collect::<Vec<_>>().into_iter().zip(batch.thetas()) {
-        if let Err(error) = refined(&[theta], "the prediction is not finite") {
-            batch.fail(emulator.body(), row, error.to_string());
-        }
-    }
-    match batch.open().next() {
-        None if !batch.is_first() => Ok(emulator.predict(&[])?),
-        Some(_) => Ok(emulator.refine(&batch.thetas(), steps)?),
-        None => Err(refused),
+    let alone = |theta: Vec<f64>| {
+        let found = refined(&[theta], "the prediction is not finite");
+        found.map(drop).map_err(|error| error.to_string())
+    };
+    match batch.answered(thetas.into_iter().map(alone)).is_empty() {
+        true if batch.is_first() => Err(refused),
+        true => Ok(emulator.predict(&[])?),
+        false => Ok(emulator.refine(&batch.thetas(), steps)?),
     }
 }
 
@@ -208,24 +207,20 @@ fn others(warnings: &[Warning]) -> Vec<String> {
 impl Correct {
     pub(crate) fn run(&self) -> Result<()> {
         let (case, body, folder) = self.asked.case.open()?;
-        let part =
-            |batch: Batch, emulator: &Emulator<'_>, to: &Path| self.part(batch, emulator, to);
+        let part = |batch: Batch<'_>, by: &Emulator<'_>, to: &Path| self.part(batch, by, to);
         self.asked.in_parts("correct", (&case, &body, &folder), part)
     }
 
     /// Corrects and writes a part of the rows; returns how many failed.
-    fn part(&self, mut batch: Batch, emulator: &Emulator<'_>, folder: &Path) -> Result<usize> {
+    fn part(&self, mut batch: Batch<'_>, emulator: &Emulator<'_>, folder: &Path) -> Result<usize> {
         let body = emulator.body();
-        let mut corrected = Vec::new();
-        for (row, theta) in batch.open().collect::<Vec<_>>().into_iter().zip(batch.thetas()) {
-            match emulator.correct(&theta, self.steps as usize) {
-                Ok(correction) => {
-                    tell(body, &theta, &correction);
-                    corrected.push(correction);
-                }
-                Err(error) => batch.fail(body, row, error.to_string()),
-            }
-        }
+        let correct = |theta: Vec<f64>| {
+            let found = emulator.correct(&theta, self.steps as usize);
+            let found = found.map_err(|error| error.to_string())?;
+            tell(body, &theta, &found);
+            Ok(found)
+        };
+        let corrected = batch.answered(batch.thetas().into_iter().map(correct));
         let predicted = emulator.predict(&batch.thetas())?.fields();
         let unit = &body.units.length;
         let answers = corrected.iter().zip(&predicted).map(|(found, before)| Row {
@@ -234,8 +229,7 @@ impl Correct {
             warnings: others(&found.warnings),
             ..Row::default()
         });
-        let answers = answers.collect();
-        batch.write(body, &["corrected", "predicted"], answers, &self.asked.written, folder)
+        batch.write(&["corrected", "predicted"], answers, &self.asked.written, folder)
     }
 }
 

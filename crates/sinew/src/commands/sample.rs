@@ -6,8 +6,8 @@ use super::{CaseArguments, count, refuse, refuse_if, solved, told_failure};
 use anyhow::{Result, ensure};
 use clap::Args;
 use serde::{Deserialize, Serialize};
-use sinew::output::{Results, Row};
-use sinew::{Body, Design, Simulations};
+use sinew::output::{Results, csv_line};
+use sinew::{Body, Design, heads};
 use sinew_emulate::{Shard, ShardState, merge, simulate_shard, store};
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -90,7 +90,7 @@ impl Sample {
             let kept = body.has_potential().then_some(folder.as_path());
             let found = solved(body, &thetas, "solve", kept)?;
             let (failed, tried) = (found.failures.len(), thetas.len());
-            write(body, &found, &folder)?;
+            Results::of(body, "solved", &found.thetas, &found.fields).write(&folder, 0, true)?;
             ensure!(
                 failed == 0,
                 "{failed} of {tried} samples have no equilibrium; the others are written"
@@ -178,15 +178,6 @@ impl Sample {
     }
 }
 
-/// Writes equilibria of samples, without pictures.
-fn write(body: &Body, found: &Simulations, folder: &Path) -> Result<()> {
-    let cases = found.thetas.iter().cloned().zip(&found.fields);
-    let rows = cases.map(|(theta, field)| Row { theta, fields: vec![field], ..Row::default() });
-    let (names, rows) = (vec!["solved"], rows.collect());
-    Results { body, names, rows, stresses: false }.write(folder, 0, true)?;
-    Ok(())
-}
-
 /// Case and output.
 #[derive(Debug, Args)]
 #[command(after_help = include_str!("help/merge.txt"))]
@@ -222,7 +213,7 @@ impl Merge {
         if !failed.is_empty() {
             store::write_bytes(&folder.join("failures.csv"), table(&body, &failed).as_bytes())?;
         }
-        write(&body, &found, &folder)?;
+        Results::of(&body, "solved", &found.thetas, &found.fields).write(&folder, 0, true)?;
         let solved = found.fields.len();
         println!("{solved} of {count} samples solved, {} without equilibrium", failed.len());
         println!("written: {}", folder.display());
@@ -261,11 +252,9 @@ fn tell_status(&Campaign { count, shards, .. }: &Campaign, folder: &Path) -> Res
 
 /// A row per θ, in the parameters' own units.
 fn table(body: &Body, thetas: &[Vec<f64>]) -> String {
-    let heads: Vec<_> = body.parameters.iter().map(|p| p.unit.head(&p.name)).collect();
     let row = |theta: &Vec<f64>| {
-        let cells = body.parameters.iter().zip(theta).map(|(p, &x)| p.unit.shown(x).to_string());
-        cells.collect::<Vec<_>>().join(",")
+        let pairs = body.parameters.iter().zip(theta);
+        csv_line(&pairs.map(|(p, &x)| p.unit.shown(x)).collect::<Vec<_>>())
     };
-    let rows: Vec<_> = std::iter::once(heads.join(",")).chain(thetas.iter().map(row)).collect();
-    rows.join("\n") + "\n"
+    csv_line(&heads(&body.parameters)) + &thetas.iter().map(row).collect::<String>()
 }

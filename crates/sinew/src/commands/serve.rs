@@ -75,10 +75,8 @@ impl Serve {
         let listener = TcpListener::bind((self.bind, self.port));
         let listener = listener.or_else(|error| refuse(self.not_bound(&error)))?;
         let address = listener.local_addr()?;
-        let parameters: Vec<_> =
-            body.parameters.iter().map(|parameter| parameter.unit.head(&parameter.name)).collect();
         println!("models: {}", service.models().join(", "));
-        println!("input: {}", parameters.join(", "));
+        println!("input: {}", sinew::heads(&body.parameters).join(", "));
         println!("output: {}", service.outputs().join(", "));
         if service.has_page() {
             println!("page: http://{address}/, made when it is opened first");

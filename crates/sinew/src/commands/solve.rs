@@ -1,18 +1,18 @@
 //! Equilibria, and paths of them along a parameter.
 
 use super::{
-    Batch, CaseArguments, ThetaArguments, Usage, Written, make_folder, refuse, single, solved_by,
+    Batch, CaseArguments, ThetaArguments, Usage, Written, make_folder, refuse, single, tell_solved,
     warn, warn_of_locking,
 };
 use anyhow::{Result, anyhow};
 use clap::Args;
 use sinew::case::Formulation;
-use sinew::output::{Results, Row, displacement_in_words, least_and_largest_ratio};
+use sinew::output::{Results, Row, by_row, displacement_in_words, least_and_largest_ratio};
 use sinew::{
     Body, Case, Parameter, Simulations, Solution, Warning, admissible, outside, parse_way,
-    range_in_words, theta_in_words,
+    range_in_words, simulate, theta_in_words,
 };
-use sinew_emulate::{Counter, Terminal};
+use sinew_emulate::{Counter, Terminal, simulate_by};
 use sinew_fem::{LoadSteps, Options, Solver, TraceEnd, compare_formulations, locking};
 use sinew_report::format::trimmed;
 use std::path::Path;
@@ -54,24 +54,32 @@ impl Solve {
         }
         let (batch, folder) = (self.theta.read(body, None)?, folder.join("solve"));
         make_folder(&folder)?;
-        batch.in_parts(body, &self.written, |batch| self.part(batch, (&case, body), &folder))
+        batch.in_parts(&self.written, |batch| self.part(batch, (&case, body), &folder))
     }
 
     /// Solves and writes a part of the rows; returns how many failed.
-    fn part(&self, mut batch: Batch, (case, body): (&Case, &Body), folder: &Path) -> Result<usize> {
+    fn part(
+        &self,
+        mut batch: Batch<'_>,
+        (case, body): (&Case, &Body),
+        folder: &Path,
+    ) -> Result<usize> {
         let thetas = batch.thetas();
         let load_steps = if self.load_steps { LoadSteps::Always } else { LoadSteps::WhenNeeded };
         let options = Options { load_steps, ..Options::default() };
-        let found = &solved_by(body, &thetas, "solve", None, &options)?;
-        close_failures(body, &mut batch, &thetas, found);
+        let terminal = &mut Terminal::default();
+        let found = &simulate_by(body, &thetas, "solve", None, &options, terminal)?;
+        tell_solved(body, found);
+        let answers =
+            batch.answered(by_row(&thetas, found).into_iter().map(|place| answer(found, place)));
         if let (Some(theta), Some(field)) = (found.thetas.first(), found.fields.first()) {
             warn_of_locking(locking(body, theta, field));
         }
-        batch.print(body, |place| said(body, &found.fields[place]));
+        batch.print(|place| said(body, &found.fields[place]));
         if self.check_mesh && batch.is_first() {
             check_mesh(case.clone(), body, found)?;
         }
-        batch.write(body, &["solved"], answers(found), &self.written, folder)
+        batch.write(&["solved"], answers, &self.written, folder)
     }
 
     /// Follows a path of one parameter, and writes what is found.
@@ -100,9 +108,7 @@ impl Solve {
         });
         let (names, rows, stresses) = (vec!["solved"], rows.collect(), self.written.fields);
         let results = Results { body, names, rows, stresses };
-        let unit = &body.parameters[index].unit;
-        let loads: Vec<f64> = thetas.iter().map(|theta| unit.shown(theta[index])).collect();
-        results.write_along(folder, index, &loads)?;
+        results.write_along(folder, index)?;
         if let Some(Solution { theta, displacement, .. }) = frames.last() {
             warn_of_locking(locking(body, theta, displacement));
         }
@@ -114,32 +120,19 @@ impl Solve {
     }
 }
 
-/// Equilibria as they are written.
-fn answers(found: &Simulations) -> Vec<Row<'_>> {
-    let Simulations { thetas, fields, pressures, jumped, .. } = found;
-    let answer = |place: usize| {
-        let jumps = jumped.iter().filter(|theta| **theta == thetas[place]);
-        Row {
-            fields: vec![&fields[place]],
-            pressure: pressures.get(place).map_or(&[], Vec::as_slice),
-            warnings: jumps.map(|_| Warning::Jumped.to_string()).collect(),
-            ..Row::default()
-        }
-    };
-    (0..fields.len()).map(answer).collect()
-}
-
-/// Closes the rows that have no equilibrium.
-fn close_failures(body: &Body, batch: &mut Batch, thetas: &[Vec<f64>], found: &Simulations) {
-    let rows: Vec<usize> = batch.open().collect();
-    let mut failures = found.failures.iter().peekable();
-    for (row, theta) in rows.into_iter().zip(thetas) {
-        if let Some(failure) = failures.next_if(|failure| failure.theta == *theta) {
-            let said = failure.reason.starts_with("no equilibrium");
-            let head = if said { "" } else { "no equilibrium: " };
-            batch.fail(body, row, format!("{head}{}", failure.reason));
-        }
-    }
+/// An equilibrium as it is written, or why there is none.
+fn answer<'a>(found: &'a Simulations, place: Result<usize, &str>) -> Result<Row<'a>, String> {
+    let place = place.map_err(|reason| match reason.starts_with("no equilibrium") {
+        true => reason.to_string(),
+        false => format!("no equilibrium: {reason}"),
+    })?;
+    let jumps = found.jumped.iter().filter(|theta| **theta == found.thetas[place]);
+    Ok(Row {
+        fields: vec![&found.fields[place]],
+        pressure: found.pressures.get(place).map_or(&[], Vec::as_slice),
+        warnings: jumps.map(|_| Warning::Jumped.to_string()).collect(),
+        ..Row::default()
+    })
 }
 
 /// Displacement, cavities and volume ratios of an equilibrium.
@@ -178,7 +171,8 @@ fn check_mesh(case: Case, body: &Body, found: &Simulations) -> Result<()> {
     };
     let better = case.with_formulation(Formulation::Quadratic).lowered()?;
     let (theta, stage) = (std::slice::from_ref(theta), "solve in quadratic cells");
-    let other = solved_by(&better, theta, stage, None, &Options::default())?;
+    let other = simulate(&better, theta, stage, None, &mut Terminal::default())?;
+    tell_solved(&better, &other);
     let Some(field) = other.fields.first() else {
         let why = other.failures.first().map_or("", |failure| &failure.reason);
         anyhow::bail!("--check-mesh: no equilibrium with quadratic elements: {why}");

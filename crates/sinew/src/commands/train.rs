@@ -15,28 +15,8 @@ pub(crate) struct Train {
     case: CaseArguments,
     #[command(flatten)]
     runs: runs::RunsArguments,
-    /// Kind of emulator
-    #[arg(long, value_enum)]
-    recipe: Option<RecipeName>,
-    /// Number of simulations to learn from
-    #[arg(long, value_name = "COUNT")]
-    samples: Option<usize>,
-    /// Validation error, relative to the displacements, below which a regression takes no more simulations
-    #[arg(long)]
-    target: Option<f64>,
-    /// Solved states that the expansion of taylor or pi passes through. They are added where the error is largest, and
-    /// count as simulations
-    #[arg(long, value_name = "COUNT")]
-    anchors: Option<usize>,
-    /// Wall time of simulations and training in minutes
-    #[arg(long, conflicts_with = "steps")]
-    minutes: Option<f64>,
-    /// Training steps
-    #[arg(long)]
-    steps: Option<usize>,
-    /// Seed of all random numbers
-    #[arg(long)]
-    seed: Option<u64>,
+    #[command(flatten)]
+    training: Training,
     /// Folder of simulations to learn from, such as OUT/sample of sinew merge
     #[arg(long, value_name = "FOLDER")]
     simulations: Option<PathBuf>,
@@ -72,18 +52,7 @@ impl Train {
             .map_err(|reason| super::Usage(format!("--backend {}: {reason}", self.backend)))?;
         let (case, body, folder) = self.case.open()?;
         warn_of_locking(sinew_fem::locking_at_centre(&body));
-        let own = case.training;
-        let given = Training {
-            recipe: self.recipe.unwrap_or(own.recipe),
-            samples: self.samples,
-            target: self.target,
-            anchors: self.anchors,
-            seed: self.seed,
-            minutes: self.minutes,
-            steps: self.steps,
-            ..Training::default()
-        };
-        let mut training = given.or(own);
+        let mut training = self.training.clone().or(case.training);
         if self.simulations.is_some() {
             // All stored simulations by default.
             training.samples.get_or_insert(usize::MAX);
@@ -91,8 +60,8 @@ impl Train {
         if let Some(few @ 0..=1) = training.samples {
             return refuse(format!("{few} simulations to learn from: give at least 2 (--samples)"));
         }
-        let recipe = training.recipe.key();
-        let alone = matches!(training.recipe, RecipeName::Pi | RecipeName::Taylor);
+        let recipe = training.recipe_name().key();
+        let alone = matches!(training.recipe_name(), RecipeName::Pi | RecipeName::Taylor);
         refuse_if(self.simulations.is_some() && alone, || {
             format!(
                 "`{recipe}` learns from no simulations; leave --simulations out, or choose regression, dd or auto"

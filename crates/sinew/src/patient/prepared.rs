@@ -1,6 +1,5 @@
 //! A patient's body, data and unknown parameters, and the forward models made of them.
 
-use crate::case::VOLUME;
 use sinew_calibrate::{
     Observable, Patient, PatientBuilder, Problem, Segments, Setting, Unknown, WallCoordinates,
 };
@@ -19,19 +18,6 @@ const ACCURACY: f64 = 1e-6;
 /// Values of loads and tensions \[kPa\] by phase.
 pub(super) type Phases = BTreeMap<String, BTreeMap<String, f64>>;
 
-/// A quantity that is reported beside the data.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Reported {
-    /// Name, such as `volume of endo at rest`.
-    pub name: String,
-    /// Place among the observables.
-    pub observable: usize,
-    /// Unit that people read.
-    pub unit: &'static str,
-    /// Size of that unit in mm and kPa.
-    pub size: f64,
-}
-
 /// A patient's body, data and unknown parameters; [`Prepared::patient`] is the forward model.
 #[derive(Debug)]
 pub struct Prepared {
@@ -41,8 +27,8 @@ pub struct Prepared {
     pub problem: Problem,
     /// All that is observed, the data first.
     pub observables: Vec<Observable>,
-    /// Quantities that are reported beside the data: volumes of cavities in all states.
-    pub reported: Vec<Reported>,
+    /// Places among them of what is reported beside the data: volumes of cavities in all states.
+    pub reported: Vec<usize>,
     /// Values of loads and tensions \[kPa\] by phase.
     pub phases: BTreeMap<String, BTreeMap<String, f64>>,
     /// Pressures that fill cavities: facet set and name of the parameter.
@@ -156,12 +142,8 @@ impl Prepared {
             for state in &states {
                 let observable = Observable::volume(&cavity.name, state.as_str());
                 let seen = self.observables.iter().position(|other| *other == observable);
-                let place = seen.unwrap_or_else(|| {
-                    self.observables.push(observable.clone());
-                    self.observables.len() - 1
-                });
-                let (name, (unit, size)) = (observable.to_string(), VOLUME.first());
-                self.reported.push(Reported { name, observable: place, unit, size });
+                self.reported.push(seen.unwrap_or(self.observables.len()));
+                self.observables.extend(seen.is_none().then_some(observable));
             }
         }
     }

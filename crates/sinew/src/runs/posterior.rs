@@ -2,7 +2,7 @@
 
 use crate::case::advise;
 use crate::report::format::digits;
-use crate::theta::values_in_words;
+use crate::theta::{heads, values_in_words};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -134,7 +134,7 @@ impl RunsPosterior {
             warnings,
             data: data.to_vec(),
             units: target.places.iter().map(|&place| left[place].unit.as_str().into()).collect(),
-            heads: emulator.parameters.iter().map(|p| p.unit.head(&p.name)).collect(),
+            heads: heads(&emulator.parameters),
             coordinates,
         })
     }

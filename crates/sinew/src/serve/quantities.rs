@@ -1,6 +1,6 @@
 //! Quantities of a displacement that samplers read, with their derivatives.
 
-use crate::output::mean_and_largest;
+use crate::output::{mean_and_largest, motion_heads, volume_heads};
 use sinew_emulate::parts::dot;
 use sinew_energy::Body;
 
@@ -9,11 +9,7 @@ pub(super) struct Quantities<'b>(pub(super) &'b Body);
 
 impl Quantities<'_> {
     pub(super) fn names(&self) -> Vec<String> {
-        let length = &self.0.units.length;
-        let volumes =
-            self.0.cavities.iter().map(|cavity| format!("volume of {} [{length}3]", cavity.name));
-        let others = ["mean", "largest"].map(|of| format!("{of} u [{length}]"));
-        volumes.chain(others).collect()
+        [volume_heads(self.0), motion_heads(self.0).into()].concat()
     }
 
     pub(super) fn of(&self, displacement: &[f64]) -> Vec<f64> {

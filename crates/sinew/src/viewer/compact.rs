@@ -3,7 +3,7 @@
 use crate::Emulator;
 use rayon::prelude::*;
 use sinew_emulate::parts::norm;
-use sinew_emulate::{Counter, Error as EmulatorError, Observer, PodRegression};
+use sinew_emulate::{Counter, Observer, PodRegression, Result};
 use sinew_report::{Model, Packed, PackedRows};
 
 /// Most bits of a mode's entry: those of a number of 32 bits.
@@ -28,7 +28,7 @@ impl Compact {
         rows: Option<&[usize]>,
         thetas: &[Vec<f64>],
         tolerance: f64,
-    ) -> Result<Self, EmulatorError> {
+    ) -> Result<Self> {
         let parts = regression.parts();
         let kept = |values: &[f64]| -> Vec<f64> {
             rows.map_or_else(|| values.to_vec(), |rows| rows.iter().map(|&r| values[r]).collect())
@@ -63,7 +63,7 @@ impl Compact {
     }
 
     /// Values at θ, as the page has them.
-    pub(super) fn at(&self, theta: &[f64]) -> Result<Vec<f64>, EmulatorError> {
+    pub(super) fn at(&self, theta: &[f64]) -> Result<Vec<f64>> {
         let coefficients = self.regression.coefficients(theta)?;
         let mut values: Vec<f64> = self.mean.iter().map(|&m| f64::from(m)).collect();
         for (place, mode) in &self.modes {
@@ -84,7 +84,7 @@ fn sizes(
     mean: &[f32],
     modes: &[Vec<f64>],
     thetas: &[Vec<f64>],
-) -> Result<(Vec<f64>, f64), EmulatorError> {
+) -> Result<(Vec<f64>, f64)> {
     let (mut most, mut least) = (vec![0.0f64; modes.len()], f64::INFINITY);
     for theta in thetas {
         let coefficients = regression.coefficients(theta)?;
@@ -117,15 +117,13 @@ pub(super) fn predicted(
     emulator: &Emulator<'_>,
     thetas: &[Vec<f64>],
     observer: &mut dyn Observer,
-) -> Result<Vec<Vec<f64>>, EmulatorError> {
-    let stage = "predict for the page";
-    let mut counter = Counter::new(observer, stage, 0, thetas.len());
+) -> Result<Vec<Vec<f64>>> {
+    let mut counter = Counter::new(observer, "predict for the page", 0, thetas.len());
     let mut fields = Vec::with_capacity(thetas.len());
     for some in thetas.chunks(AT_ONCE) {
         fields.extend(emulator.predict(some)?.fields());
-        if counter.step(some.len(), "").is_break() {
-            return Err(EmulatorError::Interrupted { stage: stage.into() });
-        }
+        let _ = counter.step(some.len(), "");
+        counter.check()?;
     }
     Ok(fields)
 }
@@ -135,7 +133,7 @@ pub(super) fn relative(
     shown: &Compact,
     checked: &Sampled,
     values: impl Fn(&Vec<f64>) -> Vec<f64> + Sync,
-) -> Result<f64, EmulatorError> {
+) -> Result<f64> {
     let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>().sqrt();
     let pairs = checked.thetas.par_iter().zip(&checked.fields);
     let each: Vec<f64> = pairs
@@ -144,30 +142,6 @@ pub(super) fn relative(
             let apart = norm(&mut own.iter().zip(&truth).map(|(a, b)| a - b));
             Ok(apart / norm(&mut truth.iter().copied()).max(f64::MIN_POSITIVE))
         })
-        .collect::<Result<_, EmulatorError>>()?;
+        .collect::<Result<_>>()?;
     Ok(each.iter().sum::<f64>() / each.len().max(1) as f64)
-}
-
-/// Why there is no page.
-#[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
-pub enum ViewerError {
-    /// The emulator cannot be asked, or its predictions, or what is shown of them, cannot be regressed.
-    #[error(transparent)]
-    Emulator(#[from] EmulatorError),
-    /// A body without a surface in three dimensions.
-    #[error("the body has no surface to be shown; a page needs a mesh of tetrahedra or hexahedra")]
-    NoSurface,
-    /// An emulator that was not measured on held-out cases.
-    #[error(
-        "the emulator was not measured on held-out cases, so the error that a page adds cannot be judged; train it by a recipe"
-    )]
-    NotMeasured,
-    /// A regression of the predictions that adds too much to their error.
-    #[error(
-        "a page cannot hold this emulator: a regression of {PREDICTIONS} of its predictions is {added:.1e} of the displacement off \
-         them, more than a third of the emulator's own error of {own:.1e}; export one of the recipe regression, or train over \
-         smaller ranges"
-    )]
-    Distilled { added: f64, own: f64 },
 }

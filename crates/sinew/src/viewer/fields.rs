@@ -1,11 +1,11 @@
 //! Stress, strain and error at the surface, as regressions over θ.
 
-use super::compact::{AT_ONCE, Compact, Sampled, ViewerError, relative};
+use super::compact::{AT_ONCE, Compact, Sampled, relative};
 use super::surface::Surface;
 use crate::Emulator;
 use crate::stresses::at_nodes;
 use rayon::prelude::*;
-use sinew_emulate::{Counter, Error as EmulatorError, Observer, PodRegression};
+use sinew_emulate::{Counter, Observer, PodRegression, Result};
 use sinew_energy::Body;
 use sinew_energy::metrics::displacement_error;
 use sinew_fem::{CellStress, SolverPool, cell_stresses};
@@ -29,7 +29,7 @@ pub(super) fn colours(
     surface: &Surface,
     fitted: &Sampled,
     checked: &Sampled,
-) -> Result<Vec<(Quantity, f64)>, ViewerError> {
+) -> Result<Vec<(Quantity, f64)>> {
     type Read = fn(&CellStress) -> f64;
     let fibres = !body.material.directions(0).is_empty();
     let stress = body.units.stress.as_str();
@@ -132,7 +132,7 @@ impl ErrorModel {
         fitted: &Sampled,
         checked: &Sampled,
         observer: &mut dyn Observer,
-    ) -> Result<Self, ViewerError> {
+    ) -> Result<Self> {
         let all = fitted.thetas.iter().zip(&fitted.fields).take(ESTIMATES);
         let cases: Vec<_> = all.chain(checked.thetas.iter().zip(&checked.fields)).collect();
         let (first, last) = cases.split_at(cases.len() - checked.thetas.len());
@@ -186,15 +186,14 @@ fn errors(
     surface: &Surface,
     cases: &[(&Vec<f64>, &Vec<f64>)],
     counter: &mut Counter<'_>,
-) -> Result<Errors, ViewerError> {
+) -> Result<Errors> {
     let solvers = SolverPool::new(emulator.body());
     let mut found = Errors::default();
     for some in cases.chunks(AT_ONCE) {
         let each: Vec<Option<Vec<f64>>> = some
             .par_iter()
-            .map(|(theta, field)| -> Result<_, ViewerError> {
-                let estimate = solvers.with(|solver| solver.error_estimate(field, theta));
-                let estimate = estimate.map_err(EmulatorError::from)?;
+            .map(|(theta, field)| -> Result<_> {
+                let estimate = solvers.with(|solver| solver.error_estimate(field, theta))?;
                 let Ok(distance) = estimate.distance else { return Ok(None) };
                 let (truth, own) = (surface.of_field(&distance.equilibrium), shown.at(theta)?);
                 Ok(Some(displacement_error(&truth, &own)))
@@ -213,9 +212,8 @@ fn errors(
             found.levels.push([mean, largest.max(mean)]);
             found.patterns.push(nodal.iter().map(|e| (e / mean).max(FLOOR).ln()).collect());
         }
-        if counter.step(some.len(), "").is_break() {
-            return Err(EmulatorError::Interrupted { stage: "estimate its errors".into() }.into());
-        }
+        let _ = counter.step(some.len(), "");
+        counter.check()?;
     }
     Ok(found)
 }

@@ -2,7 +2,7 @@
 
 use sinew::Case;
 use sinew::case::negligible_displacement;
-use sinew::output::{Fields, MOST_BYTES, Results, Row};
+use sinew::output::{MOST_BYTES, Results, Row};
 use std::io::Read;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -224,8 +224,8 @@ fn large_archives_are_written_only_when_asked_for() {
     assert_eq!(results.write(folder.path(), 1, true).unwrap(), None);
     assert!(folder.path().join("cases.npz").exists());
     // What is small is written unasked, and takes the place of the large one.
-    let found = vec![("predicted", vec![field.clone()])];
-    Fields { body: &body, thetas: &[theta], found }.write(folder.path(), 1).unwrap();
+    let small = Results::of(&body, "predicted", &[theta], std::slice::from_ref(&field));
+    small.write(folder.path(), 1, false).unwrap();
     let size = std::fs::metadata(folder.path().join("cases.npz")).unwrap().len() as usize;
     assert!(size < MOST_BYTES && column(folder.path(), "cases.csv", "case") == ["0"]);
 }

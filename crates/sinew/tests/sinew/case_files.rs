@@ -401,6 +401,7 @@ mod theta {
 
 mod arrays {
     use sinew::npz::write;
+    use sinew::output::{Results, Row};
     use std::io::Read;
 
     #[test]
@@ -409,17 +410,16 @@ mod arrays {
         let path = folder.path().join("arrays.npz");
         let values: Vec<f64> = (0..6).map(f64::from).collect();
         let cells = sinew_mesh::to_npy_of("<i8", &[1], &3_i64.to_le_bytes());
-        let arrays: &[sinew::npz::Named<'_>] =
-            &[("theta", &[2, 3], &values), ("energy", &[1], &[7.5])];
-        write(&path, arrays, &[("cells", cells.clone())]).unwrap();
+        let arrays = [
+            ("theta".to_string(), sinew_mesh::to_npy(&[2, 3], &values)),
+            ("energy".into(), sinew_mesh::to_npy(&[1], &[7.5])),
+            ("cells".into(), cells),
+        ];
+        write(&path, arrays.clone()).unwrap();
         let mut archive = zip::ZipArchive::new(std::fs::File::open(path).unwrap()).unwrap();
-        for (name, content) in [
-            ("theta.npy", sinew_mesh::to_npy(&[2, 3], &values)),
-            ("energy.npy", sinew_mesh::to_npy(&[1], &[7.5])),
-            ("cells.npy", cells),
-        ] {
+        for (name, content) in arrays {
             let mut found = Vec::new();
-            archive.by_name(name).unwrap().read_to_end(&mut found).unwrap();
+            archive.by_name(&format!("{name}.npy")).unwrap().read_to_end(&mut found).unwrap();
             assert_eq!(found, content);
         }
         assert_eq!(archive.len(), 3);
@@ -429,10 +429,11 @@ mod arrays {
     fn a_case_is_read_back_with_its_difference() {
         let folder = tempfile::tempdir().unwrap();
         let body = sinew::Case::read("OnceClampedBeam".as_ref()).unwrap().body().unwrap();
-        let truth = vec![0.0; 3 * body.nodes];
-        let found = vec![("fem", vec![truth]), ("dd", vec![vec![1.0; 3 * body.nodes]])];
-        let thetas = &[body.centre()][..];
-        sinew::output::Fields { body: &body, thetas, found }.write(folder.path(), 1).unwrap();
+        let [truth, other] = [0.0, 1.0].map(|u| vec![u; 3 * body.nodes]);
+        let fields = vec![&truth[..], &other];
+        let rows = vec![Row { theta: body.centre(), fields, ..Row::default() }];
+        let results = Results { body: &body, names: vec!["fem", "dd"], rows, stresses: false };
+        results.write(folder.path(), 1, true).unwrap();
         let (read, _) = sinew_mesh::read_mesh::<4>(folder.path().join("0000.vtu")).unwrap();
         assert!(read.point_fields["difference_dd"].to_f64().iter().all(|&e| e == 3f64.sqrt()));
         let series = std::fs::read_to_string(folder.path().join("cases.pvd")).unwrap();

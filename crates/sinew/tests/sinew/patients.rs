@@ -75,7 +75,8 @@ fn units_phases_and_segments_are_read() {
     let low = problem.data.iter().find(|d| d.name == "volume of endo at low").unwrap();
     assert_eq!((low.value, low.deviation, low.is_share), (44_000.0, 0.03, true));
     assert!((low.error() - 0.03 * 44.0 * 1e3).abs() < 1e-9);
-    let reported: Vec<_> = prepared.reported.iter().map(|seen| seen.name.as_str()).collect();
+    let name = |&at: &usize| prepared.observables[at].to_string();
+    let reported: Vec<_> = prepared.reported.iter().map(name).collect();
     let expected = ["rest", "high", "low"].map(|state| format!("volume of endo at {state}"));
     assert_eq!(reported, expected);
 }

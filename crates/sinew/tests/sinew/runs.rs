@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use sinew::emulate::{Output, RunsEmulator};
 use sinew::runs::{Measured, Runs, RunsPosterior};
 use sinew::{Body, Case, Design, Parameter, npz, outside, simulate};
-use sinew_mesh::{AnyMesh, Field};
+use sinew_mesh::{AnyMesh, Field, to_npy};
 use sinew_sample::{NutsOptions, standard_normals};
 use std::fmt::Write;
 use std::path::Path;
@@ -129,9 +129,9 @@ fn displacements_on_a_mesh_predict_runs_that_were_held_back() {
     let folder = folder.path();
     let (body, thetas, fields) = runs(16, Design::Sobol);
     let shape = [16, body.nodes, 3];
-    let arrays: [npz::Named<'_>; 2] =
-        [("theta", &[16, 2], &thetas.concat()), ("displacements", &shape, &fields.concat())];
-    npz::write(&folder.join("runs.npz"), &arrays, &[]).unwrap();
+    let of_theta = ("theta".to_string(), to_npy(&[16, 2], &thetas.concat()));
+    let arrays = [of_theta.clone(), ("displacements".into(), to_npy(&shape, &fields.concat()))];
+    npz::write(&folder.join("runs.npz"), arrays).unwrap();
     body.mesh.write_vtu(folder.join("bar.vtu")).unwrap();
     let told = done(folder, "train --from-fields runs.npz --mesh bar.vtu --parameters mu,lambda");
     assert!(told.contains("displacement: leave-one-out error"), "{told}");
@@ -197,17 +197,14 @@ fn displacements_on_a_mesh_predict_runs_that_were_held_back() {
     for (values, said) in
         [(positions, "they are positions"), (fields[0].repeat(16), "the same in all")]
     {
-        let arrays: [npz::Named<'_>; 2] = [
-            ("theta", &[16, 2], &thetas.concat()),
-            ("displacements", &[16, body.nodes, 3], &values),
-        ];
-        npz::write(&folder.join("wrong.npz"), &arrays, &[]).unwrap();
+        let arrays = [of_theta.clone(), ("displacements".into(), to_npy(&shape, &values))];
+        npz::write(&folder.join("wrong.npz"), arrays).unwrap();
         let train = "train --from-fields wrong.npz --mesh bar.vtu --parameters mu,lambda";
         let (code, wrong) = refused(folder, train);
         assert!(code == 2 && wrong.contains(said), "{wrong}");
     }
 
-    npz::write(&folder.join("short.npz"), &arrays[..1], &[]).unwrap();
+    npz::write(&folder.join("short.npz"), [of_theta]).unwrap();
     let (code, short) =
         refused(folder, "train --from-fields short.npz --mesh bar.vtu --parameters mu,lambda");
     assert!(code == 2 && short.contains("no array `displacements`; it holds: theta"), "{short}");

@@ -4,7 +4,7 @@ use crate::keys::{case, refusal};
 use sinew::case::stress_in_kpa;
 use sinew::mesh::box_tetrahedra;
 use sinew::{
-    Case, CaseError, Parameter, Scene, Support, Unit, admissible, laws::NeoHookean, parse_theta,
+    Case, Parameter, Scene, Support, Unit, admissible, laws::NeoHookean, parse_theta,
     parse_way,
 };
 
@@ -85,8 +85,7 @@ fn an_error_has_the_line_of_its_key() {
     let line = |from: &str, to: &str| {
         let text = BAR.replace(from, to);
         let error = Case::parse(&text, "bar.toml").and_then(|case| case.body()).unwrap_err();
-        let CaseError::Key { line, key, .. } = error else { panic!("{error}") };
-        (line, key)
+        (error.line, error.key)
     };
     // Values in a table, in the entries of an array of tables, and in the line of all of it.
     assert_eq!(line("\"z_max\"", "\"front\""), (Some(5), "loads.0.facets".into()));

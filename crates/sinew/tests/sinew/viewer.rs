@@ -6,8 +6,7 @@ use nalgebra::Vector3;
 use serde_json::{Value, json};
 use sinew::recipe::Regression;
 use sinew::{
-    Body, Case, Design, Emulator, Record, TestSet, Train, TrainingOptions, ViewerError, simulate,
-    viewer,
+    Body, Case, Design, Emulator, Record, TestSet, Train, TrainingOptions, simulate, viewer,
 };
 use sinew_emulate::{PodRegression, Predictor, recipe::Taylor};
 use sinew_energy::laws::NeoHookean;
@@ -294,10 +293,11 @@ fn what_a_page_cannot_hold_is_refused_with_numbers() {
     let test = TestSet::new(&body, simulate(&body, &thetas, "test", None, &mut ()).unwrap());
     record.held_out = Some(test.errors(&rippled.predict(&test.thetas).unwrap().fields()).unwrap());
     let rippled = Emulator::new(&body, rippled.predictor, record);
-    let error = viewer(&rippled, 1, &mut ()).unwrap_err();
-    assert!(matches!(error, ViewerError::Distilled { added, own } if added > own / 3.0), "{error}");
+    let error = viewer(&rippled, 1, &mut ()).unwrap_err().to_string();
+    assert!(error.contains("more than a third of the emulator's own error"), "{error}");
     let unmeasured = Emulator::new(&body, rippled.predictor, Record::new("rippled"));
-    assert!(matches!(viewer(&unmeasured, 1, &mut ()), Err(ViewerError::NotMeasured)));
+    let error = viewer(&unmeasured, 1, &mut ()).unwrap_err().to_string();
+    assert!(error.contains("not measured on held-out cases"), "{error}");
 }
 
 #[test]

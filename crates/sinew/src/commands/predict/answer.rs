@@ -37,7 +37,7 @@ pub(super) fn to(
     };
     let folder = folder.join("predict").join(FOLDER);
     let mut beyond = [0, 0];
-    batch.in_parts(body, &asked.written, |batch| {
+    batch.in_parts(&asked.written, |batch| {
         part(batch, asked, (accuracy, emulator.as_ref()), body, &folder, &mut beyond)
     })?;
     match beyond {
@@ -50,7 +50,7 @@ pub(super) fn to(
 
 /// Answers and writes a part of the rows; returns how many failed, and counts answers beyond the tolerance among all.
 fn part<'b>(
-    mut batch: Batch,
+    mut batch: Batch<'_>,
     asked: &Asked,
     (accuracy, emulator): (f64, Option<&Emulator<'b>>),
     body: &'b Body,
@@ -59,23 +59,17 @@ fn part<'b>(
 ) -> Result<usize> {
     let thetas = batch.thetas();
     if thetas.is_empty() {
-        return batch.write(body, &["answer"], Vec::new(), &asked.written, folder);
+        return batch.write(&["answer"], [], &asked.written, folder);
     }
     let found = Answers::to(body, &thetas, accuracy, emulator, &mut Terminal::default())?;
     table(&found.plan);
-    let open: Vec<usize> = batch.open().collect();
-    let mut answers: Vec<Answer> = Vec::new();
-    for (row, answer) in open.into_iter().zip(found.answers) {
-        match answer {
-            Ok(answer) => answers.push(answer),
-            Err(reason) => batch.fail(body, row, reason.to_string()),
-        }
-    }
+    let answers = found.answers.into_iter().map(|found| found.map_err(|why| why.to_string()));
+    let answers: Vec<Answer> = batch.answered(answers);
     if let (Some(theta), Some(first)) = (batch.thetas().first(), answers.first()) {
         warn_of_locking(sinew_fem::locking(body, theta, &first.displacement));
     }
     tell_doubtful(body, answers.iter().map(|answer| answer.displacement.as_slice()));
-    batch.print(body, |place| {
+    batch.print(|place| {
         let Answer { displacement, error, .. } = &answers[place];
         let moved = displacement_in_words(displacement, &body.units.length);
         format!(": displacement {moved}; checked error {error:.1e}")
@@ -101,7 +95,7 @@ fn part<'b>(
         warnings: others(&answer.warnings),
         ..Row::default()
     });
-    batch.write(body, &["answer"], cells.collect(), &asked.written, folder)
+    batch.write(&["answer"], cells, &asked.written, folder)
 }
 
 fn quality(answer: &Answer) -> Quality {
