@@ -7,8 +7,8 @@ use sinew_energy::laws::{
     LinearElastic, NeoHookean,
 };
 use sinew_energy::{
-    Barriers, Body, Exact, FacetRule, Law, Magnitude, PressureForm, PressureSurface, Response,
-    Scene, Solid, Support, SurfaceResponse, response_by_jets, stress_by_slopes,
+    Barriers, Body, Exact, FacetRule, Law, Magnitude, PressureSurface, Response, Scene, Solid,
+    Support, SurfaceResponse, response_by_jets, stress_by_slopes,
 };
 use sinew_mesh::{TetMesh, box_tetrahedra};
 use std::hint::black_box;
@@ -101,7 +101,7 @@ fn pressure(criterion: &mut Criterion) {
     let u = displacement(&mesh);
     let load = PressureSurface {
         magnitude: Magnitude::Fixed(1.0),
-        triangles: Some(PressureForm::Follower),
+        thesis: false,
         lids: Vec::new(),
         rule: FacetRule::of_cells::<4>(),
         nodes,

@@ -365,21 +365,15 @@ impl Body {
         /// Rounding error between two evaluations of the same formula.
         const ROUNDING: f64 = 1e-9;
         let parameters = self.law_parameters(theta);
-        let within = |(&point, h): (&usize, &Mat3<f64>)| {
+        let within = |(point, h): (usize, &Mat3<f64>)| {
             let own = self.material.energy(point, parameters, h, None);
             let guarded = self.material.energy(point, parameters, h, self.barriers.as_ref());
             own.is_finite() && (own - guarded).abs() <= ROUNDING * own.abs()
         };
-        let alone = |point| within((&point, &self.displacement_gradient(point, displacement)));
-        let averaged = |patch: &Vec<usize>| {
-            let kinematics = self.patch_kinematics(patch, displacement);
-            kinematics.is_some_and(|kinematics| patch.iter().zip(&kinematics.scaled).all(within))
-        };
-        let guarded = || match self.patches.is_empty() {
-            true => (0..self.volumes.len()).all(alone),
-            false => self.patches.iter().all(averaged),
-        };
-        self.admits(displacement) && (self.barriers.is_none() || guarded())
+        let gradients = self.law_gradients(displacement).filter(|_| self.admits(displacement));
+        gradients.is_some_and(|gradients| {
+            self.barriers.is_none() || gradients.iter().enumerate().all(within)
+        })
     }
 
     /// The part of θ that the law reads.

@@ -1,6 +1,7 @@
 //! Shape functions and quadrature on the facets of elements.
 
 use sinew_mesh::{Mesh, QuadraturePoint};
+use sinew_num::{cross, norm};
 
 /// Shape functions of a facet at its quadrature points.
 ///
@@ -55,6 +56,33 @@ impl FacetRule {
                 Self::face::<8>(4, lowest.map(point).collect())
             }
         }
+    }
+
+    /// Tangents of a facet at a quadrature point \[length\], of which the cross product times the weight is the area vector.
+    pub fn tangents(
+        &self,
+        facet: &[usize],
+        point: &FacetPoint,
+        positions: &[[f64; 3]],
+    ) -> [[f64; 3]; 2] {
+        let origin = positions[facet[0]];
+        let tangent = |slopes: &[f64]| {
+            facet.iter().zip(slopes).fold([0.0; 3], |sum: [f64; 3], (&node, s)| {
+                std::array::from_fn(|i| sum[i] + s * (positions[node][i] - origin[i]))
+            })
+        };
+        let plane = self.dimension == 2;
+        let across = if plane { [0.0, 0.0, 1.0] } else { tangent(&point.slope[1]) };
+        [tangent(&point.slope[0]), across]
+    }
+
+    /// Area of a facet \[length²\].
+    pub fn area(&self, facet: &[usize], positions: &[[f64; 3]]) -> f64 {
+        let at = |point: &FacetPoint| {
+            let [along, across] = self.tangents(facet, point, positions);
+            point.weight * norm(&cross(&along, &across))
+        };
+        self.points.iter().map(at).sum()
     }
 
     /// The rule on the face of the reference element with `N` nodes where the third coordinate is 0.

@@ -102,7 +102,7 @@ pub use law::{Law, Response, response_by_jets, stress_by_slopes};
 pub use material::{IntoMaterial, LawFacts, Material};
 pub use moved::Fibres;
 pub use patches::PatchKinematics;
-pub use pressure::{Magnitude, PressureForm};
+pub use pressure::Magnitude;
 pub use pressure_field::PressureField;
 pub use reference_loads::{ReferenceLoads, ReferenceSurface};
 pub use scene::{Load, Parameter, Prescribed, Sampling, Scene, Support, Units};

@@ -156,7 +156,7 @@ impl<const N: usize> Setup<'_, N> {
         let names = self.scene.material.parameters();
         let (first, count) = (names.len(), parameters.len());
         let mut loads = 0;
-        for (_, _, magnitude) in self.scene.loads.iter().filter_map(Load::pressure) {
+        for (_, magnitude) in self.scene.loads.iter().filter_map(Load::pressure) {
             match magnitude {
                 Magnitude::Fixed(value) => finite(value, || "a pressure".into())?,
                 Magnitude::Theta(index) if (first..count).contains(&index) => {

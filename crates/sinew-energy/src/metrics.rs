@@ -39,13 +39,8 @@ pub fn deformation_gradient_error(body: &Body, truth: &[f64], estimate: &[f64]) 
 /// `|I₁ − Î₁| / I₁` at each quadrature point; for linear tetrahedra, of each cell [%].
 pub fn first_invariant_error(body: &Body, truth: &[f64], estimate: &[f64]) -> Vec<f64> {
     let invariant = |h: &Mat3<f64>| h.first_invariant_minus_three() + 3.0;
-    per_point(body, truth, estimate, |h, other| relative_percent(invariant(h), invariant(other)))
-}
-
-/// `|V − V̂| / |V|` of a number such as the potential energy (+∞ where the estimate inverts a cell) or the volume of a ventricle's
-/// cavity, eq. (3.24) [%]; see [`Body::value`] and [`Body::cavity_volumes`].
-pub fn relative_percent(truth: f64, estimate: f64) -> f64 {
-    100.0 * ((truth - estimate) / truth).abs()
+    let relative = |truth: f64, estimate: f64| 100.0 * ((truth - estimate) / truth).abs();
+    per_point(body, truth, estimate, |h, other| relative(invariant(h), invariant(other)))
 }
 
 fn per_point(

@@ -135,14 +135,23 @@ impl Body {
         Some(PatchKinematics { volume, mean: 1.0 + mean_change, gradients, scaled, scales })
     }
 
+    /// Displacement gradient that the law reads at each quadrature point: H, or F̄ − I in a patch. `None` where a cell of a patch is inverted.
+    pub fn law_gradients(&self, displacement: &[f64]) -> Option<Vec<Mat3<f64>>> {
+        let own = |point| self.displacement_gradient(point, displacement);
+        let mut gradients: Vec<_> = (0..self.volumes.len()).map(own).collect();
+        for patch in &self.patches {
+            let kinematics = self.patch_kinematics(patch, displacement)?;
+            patch.iter().zip(kinematics.scaled).for_each(|(&point, h)| gradients[point] = h);
+        }
+        Some(gradients)
+    }
+
     /// Adds the nodal forces of a first Piola–Kirchhoff stress at a point.
     pub fn add_forces(&self, point: usize, stress: &Mat3<f64>, forces: &mut [f64]) {
         let nodes = self.nodes_of_point(point);
         for (&node, g) in nodes.iter().zip(self.shape_of_point(point)) {
-            for i in 0..3 {
-                let force: f64 = (0..3).map(|j| stress[i][j] * g[j]).sum();
-                forces[3 * node + i] += self.volumes[point] * force;
-            }
+            let force = stress.apply(g);
+            (0..3).for_each(|i| forces[3 * node + i] += self.volumes[point] * force[i]);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Loads per volume and area of the reference configuration, lumped to the nodes.
 
-use crate::{FacetPoint, FacetRule, Spring};
+use crate::{FacetRule, Spring};
 use sinew_num::{cross, dot3};
 use std::collections::BTreeMap;
 
@@ -39,29 +39,11 @@ impl ReferenceSurface {
         self.nodes.chunks_exact(self.rule.nodes)
     }
 
-    /// Tangents of a facet at a quadrature point \[length\], of which the cross product times the weight is the area vector.
-    pub fn tangents(
-        &self,
-        facet: &[usize],
-        point: &FacetPoint,
-        positions: &[[f64; 3]],
-    ) -> [[f64; 3]; 2] {
-        let origin = positions[facet[0]];
-        let tangent = |slopes: &[f64]| {
-            facet.iter().zip(slopes).fold([0.0; 3], |sum: [f64; 3], (&node, s)| {
-                std::array::from_fn(|i| sum[i] + s * (positions[node][i] - origin[i]))
-            })
-        };
-        let plane = self.rule.dimension == 2;
-        let across = if plane { [0.0, 0.0, 1.0] } else { tangent(&point.slope[1]) };
-        [tangent(&point.slope[0]), across]
-    }
-
     /// Calls `visit` with each node, `N_a dA` and the outward unit normal, point by point.
     fn for_nodes(&self, positions: &[[f64; 3]], mut visit: impl FnMut(usize, f64, [f64; 3])) {
         for facet in self.facets() {
             for point in &self.rule.points {
-                let [along, across] = self.tangents(facet, point, positions);
+                let [along, across] = self.rule.tangents(facet, point, positions);
                 let normal = cross(&along, &across).map(|x| point.weight * x);
                 let area = dot3(&normal, &normal).sqrt();
                 if area == 0.0 {

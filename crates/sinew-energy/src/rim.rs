@@ -2,7 +2,7 @@
 
 use crate::frames::Held;
 use crate::{FacetRule, SceneError};
-use sinew_num::{Mat3, cross, norm, sub3};
+use sinew_num::Mat3;
 use std::collections::HashMap;
 
 /// Largest force lost by the potential at an uneven rim [relative to pressure times area]: a hundredth of the
@@ -44,7 +44,7 @@ pub(crate) fn rim_origin(
     held: &Held,
 ) -> Result<[f64; 3], SceneError> {
     let mut origin = facets.first().map_or([0.0; 3], |facet| points[facet[0]]);
-    let area = area(rule, facets, points);
+    let area: f64 = facets.iter().map(|facet| rule.area(facet, points)).sum();
     let sliding = sliding(name, rule, facets, points, held, EVEN * area.sqrt())?;
     let of_axes = sliding.each_ref().map(|sliding| {
         (!sliding.is_empty()).then(|| ends(sliding.iter().flat_map(|sliding| sliding.ends)))
@@ -132,20 +132,6 @@ fn missed(axis: usize, sliding: &[Sliding], origin: [f64; 3], points: &[[f64; 3]
         sums[1] += height * length / 3.0;
     }
     sums
-}
-
-/// Area of a surface, or length of a line, from its corners.
-fn area(rule: &FacetRule, facets: &[Vec<usize>], points: &[[f64; 3]]) -> f64 {
-    let from = |facet: &[usize], corner: usize| sub3(&points[facet[corner]], &points[facet[0]]);
-    let of = |facet: &Vec<usize>| {
-        let corners = 1..rule.corners - 1;
-        let normal = |i: usize| cross(&from(facet, i), &from(facet, i + 1)).map(|x| 0.5 * x);
-        match rule.dimension {
-            3 => corners.map(|i| norm(&normal(i))).sum(),
-            _ => norm(&from(facet, 1)),
-        }
-    };
-    facets.iter().map(of).sum()
 }
 
 /// Pieces of the rim, ascending: what belongs to one facet only, edges of a surface (ends first, then the

@@ -2,7 +2,8 @@
 
 mod response;
 
-use crate::{FacetRule, Magnitude, PressedLid, PressureForm};
+use crate::pressure::ThesisTriangle;
+use crate::{FacetRule, Magnitude, PressedLid};
 pub use response::SurfaceResponse;
 use sinew_num::{add3, cross, dot3};
 
@@ -15,8 +16,8 @@ use sinew_num::{add3, cross, dot3};
 pub struct PressureSurface {
     /// Pressure \[stress\].
     pub magnitude: Magnitude,
-    /// The potential in closed form, for facets that are flat triangles; `None` where the true one is integrated by quadrature.
-    pub triangles: Option<PressureForm>,
+    /// Whether the potential is that of [`crate::Load::ThesisPressure`], on flat triangles.
+    pub thesis: bool,
     /// Shape functions and quadrature of a facet.
     pub rule: FacetRule,
     /// Nodes of the facets, counterclockwise seen from outside the solid, one facet after the other.
@@ -51,12 +52,10 @@ impl PressureSurface {
 
     /// Energy of one facet under unit pressure \[length³\].
     fn facet_energy(&self, facet: usize, displacement: &[f64]) -> f64 {
-        match (self.lid(facet), self.triangles) {
-            (Some(lid), _) => lid.change(displacement),
-            (None, Some(form)) => {
-                form.facet_energy(self.triangle(facet), &self.moved(facet, displacement))
-            }
-            (None, None) => self.facet_volume(facet, displacement),
+        match self.lid(facet) {
+            Some(lid) => lid.change(displacement),
+            None if self.thesis => self.thesis_triangle(facet, displacement).energy(),
+            None => self.facet_volume(facet, displacement),
         }
     }
 
@@ -102,9 +101,8 @@ impl PressureSurface {
         if let Some(lid) = self.lid(facet) {
             return lid.respond(displacement, response);
         }
-        if let Some(form) = self.triangles {
-            let moved = self.moved(facet, displacement);
-            return form.respond(self.triangle(facet), &moved, response);
+        if self.thesis {
+            return self.thesis_triangle(facet, displacement).respond(response);
         }
         let scale = 1.0 / self.rule.dimension as f64;
         self.for_points(facet, displacement, |[x, xs, xt], n, [ns, nt], weight| {
@@ -126,15 +124,10 @@ impl PressureSurface {
         });
     }
 
-    /// Reference positions of a flat triangle.
-    fn triangle(&self, facet: usize) -> &[[f64; 3]; 3] {
-        &self.positions.as_chunks().0[facet]
-    }
-
-    /// Displacements of its corners.
-    fn moved(&self, facet: usize, displacement: &[f64]) -> [[f64; 3]; 3] {
-        let corner = |a: usize| 3 * self.nodes[3 * facet + a];
-        std::array::from_fn(|a| std::array::from_fn(|i| displacement[corner(a) + i]))
+    fn thesis_triangle(&self, facet: usize, displacement: &[f64]) -> ThesisTriangle {
+        let moved = |node: usize| std::array::from_fn(|i| displacement[3 * node + i]);
+        let u = self.nodes.as_chunks::<3>().0[facet].map(moved);
+        ThesisTriangle::new(&self.positions.as_chunks().0[facet], &u)
     }
 
     /// Nodal forces of one facet under unit pressure and their tangent, for any motion of the rim.

@@ -19,8 +19,8 @@ pub(crate) use cell::{
     tangent_times, turn, turn_square, volume_ratios_along,
 };
 pub(crate) use check::{
-    MOST_WORST, State, check_fields, check_length, check_potential, check_pressure, check_state,
-    inadmissible, largest, least, load_gradient, per_cell,
+    State, check_fields, check_length, check_potential, check_pressure, check_state, inadmissible,
+    load_gradient, worst_cells,
 };
 pub(crate) use convex::make_convex;
 pub(crate) use followers::Followers;

@@ -15,4 +15,4 @@ pub(crate) use krylov::{End, Iterated, LinearOutcome, conjugate_gradients, gmres
 pub(crate) use method::{MOST_COUNTED, MOST_SINGLE, Method};
 pub(crate) use ordering::fill_reducing_order;
 pub(crate) use sparsity::{Sparsity, facets_of, patch_nodes_of};
-pub(crate) use vector::{Norm, add, difference, dot, norm, relative};
+pub(crate) use vector::{add, difference, dot, norm, relative};

@@ -20,7 +20,7 @@ pub(crate) mod sweep;
 pub(crate) use history::{Log, Progress, Watch};
 pub(crate) use line_search::{SUFFICIENT, flattens, minds_turned_cells};
 pub(crate) use outlook::Outlook;
-pub(crate) use path::{FIRST_GRADIENT, Path};
+pub(crate) use path::{FIRST_GRADIENT, FIRST_STEP, ON_THE_WAY, Path};
 pub(crate) use predictor::far_turn;
 pub(crate) use refine::{Potential, energy_at_rest};
 pub(crate) use search::{Equilibrium, Goal, Line, Plane, Point, Search, Watchdog};

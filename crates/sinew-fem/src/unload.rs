@@ -183,7 +183,7 @@ impl<'p> Unload<'p> {
         let level = Level::whole(theta);
         let trial = Trial::new(&self.image, motion.clone(), &level);
         let trial = trial.ok_or(UnloadError::Singular)?;
-        let tangent = self.image.tangent(&trial, &level, None).ok_or(UnloadError::Singular)?;
+        let tangent = self.image.tangent(trial.at(), &level, None).ok_or(UnloadError::Singular)?;
         if !self.factor.factorise(&self.image.system.sparsity, &tangent.entries) {
             return Err(UnloadError::Singular);
         }
@@ -324,13 +324,10 @@ impl Image<'_> {
         }
         directions.iter().try_for_each(|along| check_length(rest.prescribed.len(), along))?;
         let singular = || UnloadError::from(SolveError::Singular);
-        let displacement = state.displacement.clone();
-        let seen = rest.moved(&displacement, self.fibres).ok_or_else(singular)?;
+        let (displacement, level) = (&state.displacement, Level::whole(&state.theta));
+        let seen = rest.moved(displacement, self.fibres).ok_or_else(singular)?;
         let seen = Image { system: self.system.like(&seen)?, fibres: self.fibres };
-        let motion = displacement.iter().map(|u| -u).collect();
-        let trial = Trial { motion, displacement, ..Trial::balanced(rest.clone()) };
-        let tangent =
-            seen.tangent(&trial, &Level::whole(&state.theta), None).ok_or_else(singular)?;
+        let tangent = seen.tangent((rest, displacement), &level, None).ok_or_else(singular)?;
         let sparsity = &seen.system.sparsity;
         let product = |along: &Vec<f64>| {
             let along: Vec<f64> = sparsity.gather(along).collect();

@@ -97,7 +97,7 @@ impl<const N: usize> Setup<'_, N> {
     /// The cavities that pressures act in, in three dimensions.
     pub(super) fn cavities(&self, held: &Held) -> Result<Vec<Cavity>, SceneError> {
         let solid = Mesh::<N>::ELEMENT.dimension == 3;
-        let names = self.scene.loads.iter().filter_map(Load::pressure).map(|(_, name, _)| name);
+        let names = self.scene.loads.iter().filter_map(Load::pressure).map(|(name, _)| name);
         let mut seen = HashSet::new();
         let names = names.filter(|name| solid && seen.insert(*name));
         names.filter_map(|name| self.cavity(name, held).transpose()).collect()
@@ -136,7 +136,7 @@ impl<const N: usize> Setup<'_, N> {
         let points = &self.mesh.points;
         let about = |origin: [f64; 3]| (vec![origin; points.len()], Vec::new());
         for load in &self.scene.loads {
-            let Some((form, name, magnitude)) = load.pressure() else { continue };
+            let Some((name, magnitude)) = load.pressure() else { continue };
             let (rule, facets) = (FacetRule::of_cells::<N>(), self.facet_nodes(name)?);
             let closed = match load {
                 Load::CavityPressure { .. } => self.lids(name, &rule, &facets, held),
@@ -159,8 +159,8 @@ impl<const N: usize> Setup<'_, N> {
             };
             let positions = facets.iter().flat_map(place).collect();
             let nodes = facets.into_iter().flatten().collect();
-            let triangles = (N == 4 && has_potential).then_some(form);
-            let surface = PressureSurface { magnitude, triangles, rule, nodes, positions, lids };
+            let thesis = matches!(load, Load::ThesisPressure { .. });
+            let surface = PressureSurface { magnitude, thesis, rule, nodes, positions, lids };
             if has_potential { &mut pressures } else { &mut followers }.push(surface);
         }
         Ok((pressures, followers))

@@ -115,12 +115,7 @@ impl<const N: usize> Setup<'_, N> {
             for (i, axis) in Mat3::IDENTITY.0.into_iter().enumerate() {
                 let Some(value) = row[i] else { continue };
                 finite(value, what)?;
-                match held.prescribed[3 * node + i] {
-                    Some(first) if first != value => {
-                        return Err(self.contradiction(node, axis, [first, value], support));
-                    }
-                    _ => hold(held, node, axis, value)?,
-                }
+                hold(held, node, axis, value)?;
             }
             Ok(())
         };

@@ -4,7 +4,7 @@ use crate::Result;
 use crate::elements::{Followers, check_fields, held_part, inadmissible};
 use crate::linear::add;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
-use sinew_energy::{Body, Mat3, PressureForm, PressureSurface};
+use sinew_energy::{Body, Mat3, PressureSurface};
 use std::slice::from_ref;
 
 /// Stress and strain of a cell: means over its quadrature points by volume.
@@ -109,7 +109,8 @@ pub fn mixed_stresses(
     check_fields(body, displacement, pressure, theta)?;
     let field = body.pressure_field.as_ref();
     let field_at = |point| field.map_or(0.0, |field| field.at(point, pressure));
-    let gradients = law_gradients(body, displacement)?;
+    let gradients = body.law_gradients(displacement);
+    let gradients = gradients.ok_or_else(|| inadmissible(body, displacement))?;
     let parameters = body.law_parameters(theta);
     // A law of thin plates has the elastic constants of plane strain, and no stress across the plate.
     let is_plane = body.material.law().is_plane;
@@ -130,20 +131,6 @@ pub fn mixed_stresses(
         points.chunks(body.points_per_cell).zip(volumes).map(|(p, v)| cell(p, v)).collect();
     let finite = |cell: &CellStress| cell.cauchy.as_flattened().iter().all(|s| s.is_finite());
     if found.iter().all(finite) { Ok(found) } else { Err(inadmissible(body, displacement)) }
-}
-
-/// Displacement gradient that the law reads at each quadrature point.
-pub(crate) fn law_gradients(body: &Body, displacement: &[f64]) -> Result<Vec<Mat3<f64>>> {
-    let own = |point| body.displacement_gradient(point, displacement);
-    let mut gradients: Vec<_> = (0..body.volumes.len()).map(own).collect();
-    for patch in &body.patches {
-        let kinematics = body.patch_kinematics(patch, displacement);
-        let kinematics = kinematics.ok_or_else(|| inadmissible(body, displacement))?;
-        for (&point, scaled) in patch.iter().zip(kinematics.scaled) {
-            gradients[point] = scaled;
-        }
-    }
-    Ok(gradients)
 }
 
 /// Stress and strain of a quadrature point.
@@ -261,9 +248,7 @@ fn forces(body: &Body, displacement: &[f64], pressure: &[f64], theta: &[f64]) ->
     Followers::new(&body.followers).add_forces(displacement, theta, &mut total);
     // A potential that is that of the pressure only while the rim is held: its derivative at the rim is not the force there, and depends on
     // the origin of coordinates.
-    let is_open = |surface: &&PressureSurface| {
-        surface.triangles != Some(PressureForm::Thesis) && surface.lids.is_empty()
-    };
+    let is_open = |surface: &&PressureSurface| !surface.thesis && surface.lids.is_empty();
     for surface in body.pressures.iter().filter(is_open) {
         let mut derivative = vec![0.0; displacement.len()];
         surface.value_and_add_gradient(displacement, theta, &mut derivative);

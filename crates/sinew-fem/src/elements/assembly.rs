@@ -1,10 +1,9 @@
 //! Energy, nodal forces and stiffness of a body.
 
 use crate::elements::{
-    MOST_WORST, PatchResponse, PointState, PredictedStress, Rounding, State, Task, least, per_cell,
-    tangent_times,
+    PatchResponse, PointState, PredictedStress, Rounding, State, Task, tangent_times, worst_cells,
 };
-use crate::linear::{Norm, Sparsity, facets_of};
+use crate::linear::{Sparsity, facets_of, norm};
 use crate::{CellValue, Result, SolveError};
 use sinew_energy::{Body, SurfaceResponse};
 use sinew_num::{Mat3, sum};
@@ -62,7 +61,7 @@ fn forces_at_rest(body: &Body, theta: &[f64]) -> f64 {
     };
     let (rest, mut forces) = (vec![0.0; 3 * body.nodes], vec![0.0; 3 * body.nodes]);
     body.add_stress_forces(&rest, law, &mut forces);
-    forces.into_iter().collect::<Norm>().value()
+    norm(&forces)
 }
 
 impl Assembly {
@@ -91,27 +90,23 @@ impl Assembly {
         let State { displacement, load_factor, .. } = state;
         self.displacement.copy_from_slice(displacement);
         self.matrix.fill(0.0);
-        let mut loads = Norm::default();
         let work: f64 = displacement.iter().zip(&body.nodal_force).map(|(u, f)| u * f).sum();
         self.energy = -load_factor * work;
         let mut rounding = Rounding { energy: self.energy.abs(), ..Rounding::default() };
-        for (g, f) in self.gradient.iter_mut().zip(&body.nodal_force) {
-            *g = -load_factor * f;
-            loads.add(*g);
-        }
+        self.gradient.iter_mut().zip(&body.nodal_force).for_each(|(g, f)| *g = -load_factor * f);
+        let mut loads = norm(&self.gradient);
         let (mut first_facet, mut response) = (0, SurfaceResponse::default());
         for surface in &body.pressures {
             let magnitude = load_factor * surface.magnitude.value(state.theta);
-            let mut norm = Norm::default();
             for facet in 0..surface.facets() {
                 surface.facet_response(facet, displacement, &mut response);
                 let energy = magnitude * response.energy;
                 self.energy += energy;
                 rounding.energy += energy.abs();
                 let (nodes, place) = (surface.facet_nodes(facet), first_facet + facet);
-                norm.add(self.add_facet(nodes, sparsity, place, magnitude, &response));
+                let force = self.add_facet(nodes, sparsity, place, magnitude, &response);
+                loads = loads.hypot(force);
             }
-            loads.add(norm.value());
             first_facet += surface.facets();
         }
         for (index, spring) in body.springs.iter().enumerate() {
@@ -123,11 +118,11 @@ impl Assembly {
             self.add_matrix(&sparsity.frames, &[spring.node], places, entry);
         }
         self.add_shares(body, sparsity, (state, predicted), &mut rounding);
-        self.floor = f64::EPSILON * rounding.force.value();
+        self.floor = f64::EPSILON * rounding.force;
         self.energy_noise = ENERGY_ROUNDINGS * f64::EPSILON * rounding.energy;
         let held = body.prescribed.iter().enumerate().filter(|(_, p)| p.is_some());
         let reactions = held.map(|(dof, _)| sparsity.frames.component(dof, &self.gradient));
-        self.force_scale = loads.value() + reactions.collect::<Norm>().value();
+        self.force_scale = loads + reactions.fold(0.0, f64::hypot);
         if FLOOR_FACTOR * self.floor > MOST_LEFT * self.force_scale {
             self.force_scale += forces_at_rest(body, state.theta);
         }
@@ -199,7 +194,7 @@ impl Assembly {
         task.run(of_cells, |share| {
             energies.push(share.energy);
             rounding.energy += share.rounding.energy;
-            rounding.force.add(share.rounding.force.value());
+            rounding.force = rounding.force.hypot(share.rounding.force);
             least = share.least.filter(|of_share| of_share.0 < least.0).unwrap_or(least);
             convex += share.convex;
             let (parts, size) = (share.parts.clone(), body.nodes_per_cell);
@@ -240,15 +235,12 @@ impl Assembly {
         magnitude: f64,
         SurfaceResponse { gradient, hessian, .. }: &SurfaceResponse,
     ) -> f64 {
-        let mut norm = Norm::default();
         for (row, g) in gradient.iter().enumerate() {
-            let force = magnitude * g;
-            self.gradient[3 * nodes[row / 3] + row % 3] += force;
-            norm.add(force);
+            self.gradient[3 * nodes[row / 3] + row % 3] += magnitude * g;
         }
         let entry = |row: usize, column: usize| magnitude * hessian[row * gradient.len() + column];
         self.add_matrix(&sparsity.frames, nodes, sparsity.facets.of(facet), entry);
-        norm.value()
+        magnitude.abs() * norm(gradient)
     }
 
     /// Adds the second derivative of Π times `direction` to `forces`, in all degrees of freedom.
@@ -291,7 +283,7 @@ impl Assembly {
     pub(crate) fn worst_cells(&self, points_per_cell: usize) -> Vec<CellValue> {
         let ratios: Vec<_> =
             self.displacement_gradients().map(|h| 1.0 + h.volume_change()).collect();
-        least(&per_cell(&ratios, points_per_cell, f64::min), MOST_WORST)
+        worst_cells(&ratios, points_per_cell)
     }
 }
 

@@ -1,6 +1,5 @@
 //! Kernels of one cell.
 
-use crate::linear::Norm;
 use sinew_energy::{Frames, Response};
 use sinew_num::Mat3;
 
@@ -122,7 +121,8 @@ pub(crate) fn product(a: &Mat3<f64>, b: &Mat3<f64>) -> Mat3<f64> {
 pub(crate) struct Rounding {
     /// Sum of the magnitudes of the terms of the energy.
     pub energy: f64,
-    pub force: Norm,
+    /// Root of the sum of the squared forces.
+    pub force: f64,
 }
 
 impl Rounding {
@@ -140,7 +140,7 @@ impl Rounding {
         let (slope, strain) = (largest(shape.as_flattened()), largest(h.0.as_flattened()));
         let stiffness = (0..9).map(|i| response.tangent[i][i].abs()).fold(common, f64::max);
         let force = volume * slope * stiffness * (1.0 + slope * motion);
-        self.force.add(force);
+        self.force = self.force.hypot(force);
         self.energy += volume * stiffness * strain * (1.0 + strain);
     }
 }

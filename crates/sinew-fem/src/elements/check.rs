@@ -48,37 +48,24 @@ pub(crate) fn check_potential(body: &Body, displacement: &[f64], theta: &[f64]) 
 }
 
 /// Number of the worst cells that are named.
-pub(crate) const MOST_WORST: usize = 5;
+const MOST_WORST: usize = 5;
 
-/// The cells of least value, at most `count`, worst first.
-pub(crate) fn least(values: &[f64], count: usize) -> Vec<CellValue> {
+/// The cells whose quadrature points, `count` in each, have the least values: worst first.
+pub(crate) fn worst_cells(points: &[f64], count: usize) -> Vec<CellValue> {
+    let least = |of_cell: &[f64]| of_cell.iter().copied().fold(f64::NAN, f64::min);
+    let cells = points.chunks(count).map(least).enumerate();
     // A J that overflows is no number.
-    let mut order: Vec<_> = (0..values.len()).filter(|&cell| !values[cell].is_nan()).collect();
-    let by_value = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]).then(a.cmp(b));
-    if count < order.len() {
-        order.select_nth_unstable_by(count, by_value);
-        order.truncate(count);
-    }
-    order.sort_unstable_by(by_value);
-    order.into_iter().map(|cell| CellValue { cell, value: values[cell] }).collect()
-}
-
-/// The cell of largest value.
-pub(crate) fn largest(values: &[f64]) -> CellValue {
-    let best = (0..values.len()).max_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0);
-    CellValue { cell: best, value: values.get(best).copied().unwrap_or(f64::NAN) }
-}
-
-/// The least (largest) of the values at the quadrature points of each cell, which are `count` of them.
-pub(crate) fn per_cell(points: &[f64], count: usize, pick: fn(f64, f64) -> f64) -> Vec<f64> {
-    let of_cell = |values: &[f64]| values.iter().copied().reduce(pick).unwrap_or(f64::NAN);
-    points.chunks(count).map(of_cell).collect()
+    let cells = cells.filter(|(_, value)| !value.is_nan());
+    let mut cells: Vec<_> = cells.map(|(cell, value)| CellValue { cell, value }).collect();
+    cells.sort_by(|a, b| a.value.total_cmp(&b.value));
+    cells.truncate(MOST_WORST);
+    cells
 }
 
 /// Error of a displacement whose energy is not finite, with the cell of least J.
 pub(crate) fn inadmissible(body: &Body, displacement: &[f64]) -> SolveError {
-    let ratios = per_cell(&volume_ratios(body, displacement), body.points_per_cell, f64::min);
-    SolveError::Inadmissible { cell: least(&ratios, 1).first().map_or(0, |worst| worst.cell) }
+    let worst = worst_cells(&volume_ratios(body, displacement), body.points_per_cell);
+    SolveError::Inadmissible { cell: worst.first().map_or(0, |worst| worst.cell) }
 }
 
 /// State at which a potential is evaluated.

@@ -1,7 +1,7 @@
 //! Pressures that follow surfaces with a loose rim: forces without a potential, whose derivative is not symmetric.
 
 use crate::elements::{Assembly, State, add_product};
-use crate::linear::{Norm, Sparsity, facets_of};
+use crate::linear::{Sparsity, facets_of};
 use sinew_energy::{PressureSurface, SurfaceResponse};
 
 /// The loose followers of a body.
@@ -26,7 +26,6 @@ impl<'p> Followers<'p> {
         state: State<'_>,
     ) {
         self.responses.clear();
-        let mut loads = Norm::default();
         for (place, (surface, facet, nodes)) in (first..).zip(facets_of(self.surfaces)) {
             let magnitude = state.load_factor * surface.magnitude.value(state.theta);
             let mut response = SurfaceResponse::default();
@@ -35,13 +34,13 @@ impl<'p> Followers<'p> {
             for (at, entry) in symmetric.hessian.iter_mut().enumerate() {
                 *entry = 0.5 * (*entry + response.hessian[at % size * size + at / size]);
             }
-            loads.add(assembly.add_facet(nodes, sparsity, place, magnitude, &symmetric));
+            let force = assembly.add_facet(nodes, sparsity, place, magnitude, &symmetric);
+            assembly.force_scale = assembly.force_scale.hypot(force);
             for (entry, symmetric) in response.hessian.iter_mut().zip(&symmetric.hessian) {
                 *entry = magnitude * (*entry - symmetric);
             }
             self.responses.push(response);
         }
-        assembly.force_scale = assembly.force_scale.hypot(loads.value());
     }
 
     /// Adds the skew part of the derivative times `direction` to `forces`.

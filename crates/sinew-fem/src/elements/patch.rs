@@ -51,10 +51,8 @@ impl PatchResponse {
         let add = |vector: &mut [f64], point: usize, values: &Mat3<f64>, weight: f64| {
             for (node, g) in body.nodes_of_point(point).iter().zip(body.shape_of_point(point)) {
                 let local = nodes.partition_point(|n| n < node);
-                for i in 0..3 {
-                    let sum: f64 = (0..3).map(|j| values[i][j] * g[j]).sum();
-                    vector[3 * local + i] += weight * sum;
-                }
+                let product = values.apply(g);
+                (0..3).for_each(|i| vector[3 * local + i] += weight * product[i]);
             }
         };
         let (mut mean, mut mixed) = (vec![0.0; 3 * nodes.len()], vec![0.0; 3 * nodes.len()]);
@@ -161,8 +159,8 @@ impl PatchResponse {
 struct Terms<'r> {
     /// `(J̄/J)^(1/3)`.
     scale: f64,
-    /// F⁻¹.
-    inverse: Mat3<f64>,
+    /// `∂ ln J/∂F`.
+    slope: Mat3<f64>,
     /// cof F.
     cofactor: Mat3<f64>,
     /// Deformation gradient F.
@@ -180,21 +178,18 @@ impl<'r> Terms<'r> {
         let flat = f_bar.0.as_flattened();
         let along = tangent_times(&response.tangent, &f_bar);
         let square = along.0.as_flattened().iter().zip(flat).map(|(a, f)| a * f).sum::<f64>() / 9.0;
-        Self { scale, inverse: inverse(h), cofactor: f.cofactors(), f, response, along, square }
-    }
-
-    /// `∂ ln J/∂F`.
-    fn slope(&self, i: usize, j: usize) -> f64 {
-        self.inverse[j][i]
+        let inverse = inverse(h);
+        let slope = Mat3::from_fn(|i, j| inverse[j][i]);
+        Self { scale, slope, cofactor: f.cofactors(), f, response, along, square }
     }
 
     /// m: the derivative along F of the stress' work on a change of J̄.
     fn mixed(&self, third: f64) -> Mat3<f64> {
         let full = 9.0 * self.square;
         Mat3::from_fn(|i, j| {
-            let along = self.scale * self.along[i][j] - full / 3.0 * self.slope(i, j);
+            let along = self.scale * self.along[i][j] - full / 3.0 * self.slope[i][j];
             along / 3.0 + self.scale / 3.0 * self.response.stress[i][j]
-                - third / 3.0 * self.slope(i, j)
+                - third / 3.0 * self.slope[i][j]
         })
     }
 
@@ -204,16 +199,16 @@ impl<'r> Terms<'r> {
         let mut tangent = [[0.0; 9]; 9];
         for row in 0..9 {
             let (i, j) = (row / 3, row % 3);
-            let t_row = self.slope(i, j);
+            let t_row = self.slope[i][j];
             for column in 0..9 {
                 let (k, l) = (column / 3, column % 3);
-                let t_column = self.slope(k, l);
+                let t_column = self.slope[k][l];
                 tangent[row][column] = e * e * self.response.tangent[row][column]
                     - e / 3.0 * (self.along[i][j] * t_column + t_row * self.along[k][l])
                     + self.square * t_row * t_column
                     - e / 3.0 * (stress[i][j] * t_column + t_row * stress[k][l])
                     + third / 3.0 * t_row * t_column
-                    + third * self.inverse[j][k] * self.inverse[l][i];
+                    + third * self.slope[k][j] * self.slope[i][l];
             }
         }
         self.f.add_second_of_determinant(common, &mut tangent);

@@ -43,24 +43,13 @@ impl FibreRule {
         Ok(Self { sheet: checked("sheet", [endocardium, epicardium])?, ..self })
     }
 
-    /// Angle \[degrees\] of the fibre at a depth: 0 is the endocardium, 1 the epicardium; beyond, the angle
-    /// is that of the surface.
-    pub fn fibre_angle(&self, depth: f64) -> f64 {
-        between(self.fibre, depth)
-    }
-
-    /// Angle \[degrees\] of the sheet at a depth.
-    pub fn sheet_angle(&self, depth: f64) -> f64 {
-        between(self.sheet, depth)
-    }
-
-    /// The frame at a depth.
+    /// The frame at a depth: 0 is the endocardium, 1 the epicardium; beyond, angles are those of the surface.
     pub(super) fn frame(&self, depth: f64, layer: &Layer) -> Frame {
         let Layer { circumferential, longitudinal, outward } = layer;
-        let (sin, cos) = self.fibre_angle(depth).to_radians().sin_cos();
+        let (sin, cos) = between(self.fibre, depth).to_radians().sin_cos();
         let fibre = circumferential * cos + longitudinal * sin;
         let across = longitudinal * cos - circumferential * sin;
-        let (sin, cos) = self.sheet_angle(depth).to_radians().sin_cos();
+        let (sin, cos) = between(self.sheet, depth).to_radians().sin_cos();
         let sheet = outward * cos + across * sin;
         let normal = outward * sin - across * cos;
         [fibre, sheet, normal].map(Into::into)

@@ -3,6 +3,7 @@
 use crate::linear::fill_reducing_order;
 use faer::sparse::SymbolicSparseColMat;
 use sinew_energy::{Body, Frames, PressureSurface};
+use sinew_num::ascending;
 use std::ops::Range;
 
 /// Marks a degree of freedom that is prescribed, so no unknown.
@@ -231,11 +232,7 @@ impl Sparsity {
 
 /// Nodes of a patch of quadrature points, ascending.
 pub(crate) fn patch_nodes_of(body: &Body, points: &[usize]) -> Vec<usize> {
-    let mut nodes: Vec<_> =
-        points.iter().flat_map(|&point| body.nodes_of_point(point)).copied().collect();
-    nodes.sort_unstable();
-    nodes.dedup();
-    nodes
+    ascending(points.iter().flat_map(|&point| body.nodes_of_point(point)).copied())
 }
 
 /// The facets of surfaces, one after the other: surface, number on it, and nodes.
@@ -256,9 +253,5 @@ fn neighbours<'n>(nodes: usize, cells: impl Iterator<Item = &'n [usize]>) -> Vec
             neighbours[a].extend(cell.iter().filter(|&&b| b != a));
         }
     }
-    for list in &mut neighbours {
-        list.sort_unstable();
-        list.dedup();
-    }
-    neighbours
+    neighbours.into_iter().map(ascending).collect()
 }

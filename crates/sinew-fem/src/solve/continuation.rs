@@ -7,7 +7,7 @@
 
 use crate::elements::{Unknowns, place};
 use crate::linear::{dot, norm};
-use crate::solve::{Equilibrium, Line, Path, Plane, Point};
+use crate::solve::{Equilibrium, FIRST_STEP, Line, Path, Plane, Point};
 use crate::{Options, Result, Solution, SolveError, Solver};
 use std::time::Instant;
 
@@ -29,8 +29,6 @@ pub struct Curve<'s, 'p> {
     stage: Stage,
     /// Change of the unknowns from place to place at the last equilibrium, and whether places rise along the curve there.
     tangent: (Vec<f64>, bool),
-    /// Scale of displacements in the arc length \[length\].
-    scale: f64,
     step: f64,
     least: f64,
     longest: f64,
@@ -92,9 +90,8 @@ impl<'p> Solver<'p> {
     pub fn follow<'s>(&'s mut self, line: &Line, options: &Options) -> Result<Curve<'s, 'p>> {
         line.check(&self.system)?;
         let path = Path::from_rest(&mut self.system, line.clone(), options);
-        let (stage, step, longest) = (Stage::Start, options.first_load_step, f64::INFINITY);
-        let tangent = (Vec::new(), true);
-        Ok(Curve { path, stage, tangent, scale: 1.0, step, least: 0.0, longest })
+        let (stage, tangent, longest) = (Stage::Start, (Vec::new(), true), f64::INFINITY);
+        Ok(Curve { path, stage, tangent, step: FIRST_STEP, least: 0.0, longest })
     }
 }
 
@@ -129,8 +126,7 @@ impl Curve<'_, '_> {
         let found = self.at_place(start).ok_or_else(|| self.lost())?;
         let free = self.path.system.sparsity.unknowns();
         let scale = norm(&found.by_place[..free]);
-        self.scale = if scale > 0.0 { scale } else { 1.0 };
-        self.path.scale = Some(self.scale);
+        self.path.scale = Some(if scale > 0.0 { scale } else { 1.0 });
         self.path.points.clear();
         self.path.push(0.0, &found);
         self.tangent = (found.by_place.clone(), true);
@@ -143,30 +139,28 @@ impl Curve<'_, '_> {
         while self.step >= self.least && self.path.log.iterations.len() < most {
             let before = self.path.log.iterations.len();
             let last = self.path.reached().clone();
-            let guess = self.guess(&last);
-            let found = self.path.equilibrium(guess, self.path.options.accuracy);
-            let near = |found: &Equilibrium| {
+            let (guess, farthest) = (self.guess(&last), ASTRAY * self.step);
+            let found = self.path.along(guess, self.path.options.accuracy, farthest);
+            let admissible = |(found, _): &(Equilibrium, f64)| {
                 let (_, theta) = self.path.line.at(found.place);
-                let moved = self.moved(&last, found);
-                moved <= ASTRAY * self.step && self.path.system.body.check_theta(&theta).is_ok()
+                self.path.system.body.check_theta(&theta).is_ok()
             };
-            let Some(found) = found.filter(near) else {
+            let Some((found, moved)) = found.filter(admissible) else {
                 self.step *= CUT;
                 continue;
             };
             if last.place < 1.0 && found.place >= 1.0 {
                 let end = self.at_place(between(&last, &found));
-                if let Some(end) = end.filter(|end| self.moved(&last, end) <= ASTRAY * self.step) {
+                if let Some(end) = end.filter(|end| self.path.length_to(end) <= farthest) {
                     self.stage = Stage::End;
-                    self.path.push(last.at + self.moved(&last, &end), &end);
+                    self.path.push(last.at + self.path.length_to(&end), &end);
                     return Ok(end);
                 }
                 self.step *= CUT;
                 continue;
             }
-            let moved = self.moved(&last, &found);
+            let way = self.path.way(&last.unknowns, &found.unknowns);
             self.path.push(last.at + moved, &found);
-            let way = self.path.way(&last.unknowns, &found.unknowns, self.scale);
             let rising = dot(&way, &self.scaled(&found.by_place)) + found.place - last.place > 0.0;
             self.tangent = (found.by_place.clone(), rising);
             let growth = self.path.growth(before);
@@ -191,7 +185,7 @@ impl Curve<'_, '_> {
         let onward = self.step / if *rising { length } else { -length };
         if self.path.points.len() > 1 {
             let guess = self.path.extrapolated(last.at + self.step);
-            let way = self.path.way(&last.unknowns, &guess.unknowns, self.scale);
+            let way = self.path.way(&last.unknowns, &guess.unknowns);
             let ahead = guess.place - last.place;
             let along = (dot(&way, &slope) + ahead) * onward.signum();
             if along > ALIGNED * length * norm(&way).hypot(ahead) {
@@ -208,14 +202,10 @@ impl Curve<'_, '_> {
         Point { at: last.at + self.step, place: at, unknowns, stress: None }
     }
 
-    fn moved(&self, from: &Point, to: &Equilibrium) -> f64 {
-        self.path.length_to(from, to, self.scale)
-    }
-
     /// Free displacements of a change of the unknowns, scaled for the arc length.
     fn scaled(&self, change: &[f64]) -> Vec<f64> {
-        let free = self.path.system.sparsity.unknowns();
-        change.iter().take(free).map(|c| c / self.scale).collect()
+        let (free, scale) = (self.path.system.sparsity.unknowns(), self.path.scale);
+        change.iter().take(free).map(|c| c / scale.unwrap_or(1.0)).collect()
     }
 
     /// Error of a curve that was lost after the last equilibrium.

@@ -1,9 +1,9 @@
 //! Solving under the whole load: at once if possible, else by load increments, unless the load is beyond a limit point.
-//! Nearly incompressible bodies are also reached through ones with a smaller bulk modulus.
+//! Nearly incompressible bodies are also reached through one with a smaller bulk modulus.
 
 use crate::elements::Unknowns;
-use crate::solve::{Equilibrium, FIRST_GRADIENT, Goal, Path, Point};
-use crate::{Advice, LoadSteps, Options, Result};
+use crate::solve::{Equilibrium, FIRST_GRADIENT, FIRST_STEP, Goal, Path, Point};
+use crate::{Advice, LoadSteps, Result};
 use sinew_energy::Body;
 use std::ops::Range;
 
@@ -23,12 +23,9 @@ const PATIENCE: usize = 10;
 /// Iterations of these load increments: two more than ventricles need to their limit pressure.
 const SCOUT: usize = 48;
 
-/// Factor of the bulk modulus from one softer body to the next: a hundredth needs a handful of iterations, and fewer
-/// bodies than a tenth.
+/// Factor of the bulk modulus of the softer body, which needs a handful of iterations.
 const SOFTER: f64 = 1e-2;
-/// Number of softer bodies, enough for K/μ = 1e4.
-const MOST_RUNGS: i32 = 2;
-/// The load steps of a softer body get one half of all iterations.
+/// The load steps of the softer body get one half of all iterations.
 const DETOUR: usize = 2;
 
 impl Path<'_, '_, '_> {
@@ -38,7 +35,7 @@ impl Path<'_, '_, '_> {
     /// # Errors
     /// [`crate::SolveError::NotConverged`].
     pub(crate) fn run(&mut self, from: Unknowns) -> Result<(Equilibrium, usize)> {
-        let steps_allowed = self.options.least_load_step <= self.options.first_load_step;
+        let steps_allowed = self.options.least_load_step <= FIRST_STEP;
         let always = self.options.load_steps == LoadSteps::Always;
         if always || (steps_allowed && self.rolls_up(&from)) {
             let step = self.first_step();
@@ -123,54 +120,24 @@ impl Path<'_, '_, '_> {
         self.system.body.has_potential().then(|| self.system.body.with_softer_volume(SOFTER))?
     }
 
-    /// The equilibrium under the whole load, reached through bodies with a smaller bulk modulus, and the number of
-    /// solves and load steps. A large bulk modulus shortens Newton steps from rest, but not those from the equilibrium
-    /// of a softer body.
+    /// The equilibrium under the whole load from that of the body with a hundredth of the bulk modulus, and the number of solves and load
+    /// steps. A large bulk modulus shortens Newton steps from rest, but not those from the equilibrium of a softer body. This is found
+    /// at once, or by load steps, longer than those of the stiff body, in at most half of all iterations.
     fn by_softer_volume(&mut self) -> Option<(Equilibrium, usize)> {
-        self.softer_volume()?;
-        let mut rungs = 1..=MOST_RUNGS;
-        let reached = rungs.find_map(|rung| Some((rung, self.softened(SOFTER.powi(rung), None)?)));
-        let (rung, mut unknowns, mut steps) = match reached {
-            Some((rung, unknowns)) => (rung, unknowns, 2),
-            // None was found at once: the least softened body may be reached by load steps, longer than those of the
-            // stiff body.
-            None => {
-                let (unknowns, steps) = self.softened_by_steps()?;
-                (1, unknowns, 1 + steps)
-            }
-        };
-        for rung in (1..rung).rev() {
-            unknowns = self.softened(SOFTER.powi(rung), Some(unknowns))?;
-            steps += 1;
-        }
-        Some((self.at_once(&unknowns, usize::MAX)?, steps))
-    }
-
-    /// The equilibrium of the body with a scaled bulk modulus, from a given state or from rest.
-    fn softened(&mut self, factor: f64, from: Option<Unknowns>) -> Option<Unknowns> {
-        let body = self.system.body.with_softer_volume(factor)?;
+        let body = self.softer_volume()?;
         let mut system = self.system.like(&body).ok()?;
-        let start = Point::at_end(from.unwrap_or_else(|| system.rest()));
-        let goal =
-            Goal { line: &self.line, plane: None, accuracy: 0.0, most_indefinite: usize::MAX };
-        system.equilibrium(start, goal, &self.options, &mut self.log).map(|found| found.unknowns)
-    }
-
-    /// Equilibrium with a hundredth of the bulk modulus by load increments, in at most half of all iterations.
-    fn softened_by_steps(&mut self) -> Option<(Unknowns, usize)> {
-        if self.options.least_load_step > self.options.first_load_step {
-            return None;
-        }
-        let body = self.system.body.with_softer_volume(SOFTER)?;
-        let mut system = self.system.like(&body).ok()?;
-        let most = self.log.iterations.len() + self.options.iterations / DETOUR;
-        let options = Options { iterations: most.min(self.options.iterations), ..self.options };
-        let mut path = Path::from_rest(&mut system, self.line.clone(), &options);
+        let (rest, all) = (system.rest(), self.options.iterations);
+        let mut path = Path::from_rest(&mut system, self.line.clone(), &self.options);
         path.log = std::mem::take(&mut self.log);
-        path.release_stresses();
-        let step = path.first_step();
-        let found = path.steps(step);
+        let mut softer = path.at_once(&rest, usize::MAX).map(|found| (found, 1));
+        if softer.is_none() {
+            path.options.iterations = all.min(path.log.iterations.len() + all / DETOUR);
+            path.release_stresses();
+            let step = path.first_step();
+            softer = path.steps(step).ok();
+        }
         self.log = path.log;
-        found.ok().map(|(found, steps)| (found.unknowns, steps))
+        let (found, steps) = softer?;
+        Some((self.at_once(&found.unknowns, usize::MAX)?, 1 + steps))
     }
 }

@@ -25,22 +25,15 @@ pub struct Options {
     pub iterations_per_load: usize,
     /// When loads are raised step by step: for bodies with several stable equilibria.
     pub load_steps: LoadSteps,
-    /// Largest first load step, as a fraction of the load. Slender bodies start with less, by the linear model at rest.
-    pub first_load_step: f64,
-    /// Largest growth of a load step over the one before. The step stays the same if the last one began with a residual
-    /// of 0.2, or its second iteration with 1e-2.
-    pub load_step_growth: f64,
-    /// Smallest load step \[relative to the load reached\] before the solve gives up; a value above `first_load_step`
+    /// Smallest load step \[relative to the load reached\] before the solve gives up; a value above 0.25, the largest first load step,
     /// allows no load steps.
     pub least_load_step: f64,
     /// Residual of an equilibrium without a potential: forces \[relative to loads and reactions\] and volume changes
-    /// \[relative to the body's volume\]. Minima of a potential meet it at intermediate loads, and are solved to
+    /// \[relative to the body's volume\]; 1e-2 at intermediate loads. Minima of a potential meet it at intermediate loads, and are solved to
     /// rounding errors at the final load.
     pub accuracy: f64,
     /// Residual that is enough for a minimum of a potential; 0, the default, solves to rounding errors.
     pub minimum_accuracy: f64,
-    /// Accuracy without a potential at intermediate loads.
-    pub accuracy_on_the_way: f64,
     /// Method for the linear systems of a body with a potential.
     pub method: Method,
 }
@@ -51,12 +44,9 @@ impl Default for Options {
             iterations: 600,
             iterations_per_load: 40,
             load_steps: LoadSteps::WhenNeeded,
-            first_load_step: 0.25,
-            load_step_growth: 2.0,
             least_load_step: 1e-4,
             accuracy: 1e-10,
             minimum_accuracy: 0.0,
-            accuracy_on_the_way: 1e-2,
             method: Method::Automatic,
         }
     }

@@ -122,7 +122,7 @@ impl Path<'_, '_, '_> {
     /// last equilibrium. The first step raises the load by `most` at most, along the secant.
     pub(crate) fn around(&mut self, most: f64) -> bool {
         let [.., before, last] = &self.points[..] else { return false };
-        let apart = |a: &Point, b: &Point| norm(&self.way(&a.unknowns, &b.unknowns, 1.0));
+        let apart = |a: &Point, b: &Point| norm(&self.way(&a.unknowns, &b.unknowns));
         let scale = apart(before, last) / (last.place - before.place);
         if !(scale > 0.0 && scale.is_finite()) {
             self.outlook.turn = LimitPoint::Unclear;
@@ -140,28 +140,26 @@ impl Path<'_, '_, '_> {
         let start = self.reached().place;
         let per_load = std::mem::replace(&mut self.options.iterations_per_load, ITERATIONS);
         self.scale = Some(scale);
-        self.outlook.turn = self.turn(step, scale);
+        self.outlook.turn = self.turn(step);
         self.scale = None;
         self.options.iterations_per_load = per_load;
         self.points.iter_mut().for_each(|point| point.at = point.place);
         self.reached().place > start && self.outlook.turn == LimitPoint::Unknown
     }
 
-    fn turn(&mut self, mut step: f64, scale: f64) -> LimitPoint {
+    fn turn(&mut self, mut step: f64) -> LimitPoint {
         for _ in 0..MOST {
-            let last = self.reached().clone();
-            let (guess, before) = (self.extrapolated(last.at + step), self.log.iterations.len());
-            let found = self.equilibrium(guess, ACCURACY);
-            let near = |found: &Equilibrium| self.length_to(&last, found, scale) <= ASTRAY * step;
-            let Some(found) = found.filter(near) else {
+            let Point { at, place, .. } = *self.reached();
+            let (guess, before) = (self.extrapolated(at + step), self.log.iterations.len());
+            let Some((found, length)) = self.along(guess, ACCURACY, ASTRAY * step) else {
                 step *= CUT;
                 continue;
             };
-            if found.place <= last.place {
+            if found.place <= place {
                 let unstable = found.negative_pivots > 0 || !self.system.body.has_potential();
-                return if unstable { LimitPoint::At(last.place) } else { LimitPoint::Unclear };
+                return if unstable { LimitPoint::At(place) } else { LimitPoint::Unclear };
             }
-            self.push(last.at + self.length_to(&last, &found, scale), &found);
+            self.push(at + length, &found);
             self.outlook.reach(found.place, &found);
             if self.outlook.refused.is_none() {
                 return LimitPoint::Unknown;
@@ -171,13 +169,27 @@ impl Path<'_, '_, '_> {
         LimitPoint::Unclear
     }
 
-    /// Length of the curve between two equilibria that are near to each other.
-    pub(crate) fn length_to(&self, last: &Point, found: &Equilibrium, scale: f64) -> f64 {
-        norm(&self.way(&last.unknowns, &found.unknowns, scale)).hypot(found.place - last.place)
+    /// The next equilibrium on the curve near a predictor, with its distance from the last one along the curve, if that is at most `farthest`.
+    pub(crate) fn along(
+        &mut self,
+        guess: Point,
+        accuracy: f64,
+        farthest: f64,
+    ) -> Option<(Equilibrium, f64)> {
+        let found = self.equilibrium(guess, accuracy)?;
+        let length = self.length_to(&found);
+        (length <= farthest).then_some((found, length))
     }
 
-    /// Difference of the free displacements of two states \[relative to a scale\].
-    pub(crate) fn way(&self, from: &Unknowns, to: &Unknowns, scale: f64) -> Vec<f64> {
+    /// Length of the curve from the last equilibrium to one near it.
+    pub(crate) fn length_to(&self, found: &Equilibrium) -> f64 {
+        let last = self.reached();
+        norm(&self.way(&last.unknowns, &found.unknowns)).hypot(found.place - last.place)
+    }
+
+    /// Difference of the free displacements of two states \[relative to the scale, if there is one\].
+    pub(crate) fn way(&self, from: &Unknowns, to: &Unknowns) -> Vec<f64> {
+        let scale = self.scale.unwrap_or(1.0);
         let [from, to] = [from, to].map(|u| self.system.sparsity.gather(&u.displacement));
         to.zip(from).map(|(b, a)| (b - a) / scale).collect()
     }

@@ -8,14 +8,19 @@ use sinew_num::Mat3;
 
 /// The first load step changes no displacement gradient by more than this, by the linear model of the body at rest.
 pub(crate) const FIRST_GRADIENT: f64 = 0.25;
-/// Factor of a step after a failure, and the least factor after a success.
+/// Largest first load step [part of the load]. Slender bodies start with less, by the linear model at rest.
+pub(crate) const FIRST_STEP: f64 = 0.25;
+/// Factor of a step after a failure, and the least and the largest factor after a success.
 const CUT: f64 = 0.5;
+const GROWTH: f64 = 2.0;
 /// Factor of a step after a failure of the first one: it finds the order of magnitude of the load quickly.
 const SCAN: f64 = 0.2;
 /// Equilibria that the next one is extrapolated from, without a field of pressure and with one. Intermediate equilibria
 /// are rough, pressures more than displacements, and higher polynomials amplify it: cubic extrapolation takes a third
 /// more iterations on beams that roll up, quadratic half as many again in incompressible bodies.
 const POINTS: [usize; 2] = [3, 2];
+/// Residual of intermediate equilibria without a potential \[relative to loads and reactions\].
+pub(crate) const ON_THE_WAY: f64 = 1e-2;
 /// Residual \[relative to loads and reactions\] that a step should begin with. It grows as the extrapolation error, the
 /// step to the power of [`POINTS`]; 0.1–0.3 take about as many iterations.
 const BEGIN: f64 = 0.2;
@@ -67,7 +72,7 @@ impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
     pub(crate) fn steps(&mut self, mut step: f64) -> Result<(Equilibrium, usize), Option<Advice>> {
         let start = self.reached().at;
         if let [.., before, last] = &self.points[..] {
-            step = step.min(self.options.load_step_growth.max(CUT) * (last.at - before.at));
+            step = step.min(GROWTH * (last.at - before.at));
         }
         let mut steps = 0;
         let mut linear_iterations = 0;
@@ -86,7 +91,7 @@ impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
             let accuracy = match (last, self.system.body.has_potential()) {
                 (true, _) => self.accuracy(),
                 (false, true) => self.options.accuracy,
-                (false, false) => self.options.accuracy_on_the_way,
+                (false, false) => ON_THE_WAY,
             };
             let before = self.log.iterations.len();
             let guess = self.extrapolated(target);
@@ -137,7 +142,7 @@ impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
             (goal / began).powf(1.0 / (power * self.most_points() as f64))
         };
         let (first, second) = (change(BEGIN, 1.0), change(SECOND, 2.0));
-        first.max(second).clamp(CUT, self.options.load_step_growth.max(CUT))
+        first.max(second).clamp(CUT, GROWTH)
     }
 
     pub(crate) fn reached(&self) -> &Point {
@@ -209,14 +214,14 @@ impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
 
     /// Part of the load that changes no displacement gradient by more than [`FIRST_GRADIENT`].
     pub(crate) fn first_step(&mut self) -> f64 {
-        let most = self.options.first_load_step;
-        let Ok(motion) = self.system.linear_response(&self.line.thetas[1]) else { return most };
+        let motion = self.system.linear_response(&self.line.thetas[1]);
+        let Ok(motion) = motion else { return FIRST_STEP };
         let body = self.system.body;
         let size = |h: Mat3<f64>| h.squared_norm().sqrt();
         let gradients = (0..body.volumes.len()).map(|p| body.displacement_gradient(p, &motion));
         let largest = gradients.map(size).fold(0.0, f64::max) * self.line.load_factors[1].abs();
-        let step = (FIRST_GRADIENT / largest).min(most);
-        if step > LEAST_LOAD { step } else { most }
+        let step = (FIRST_GRADIENT / largest).min(FIRST_STEP);
+        if step > LEAST_LOAD { step } else { FIRST_STEP }
     }
 
     /// Error with the last equilibrium of a path, solved to full accuracy, and with the given advice or that of the

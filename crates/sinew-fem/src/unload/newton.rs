@@ -120,7 +120,7 @@ impl Unload<'_> {
 
     /// Newton's step from a trial, `gap` to the supports included \[length\]. Near to balance the last factor preconditions.
     fn step(&mut self, trial: &Trial, level: &Level, gap: Option<&[f64]>) -> Option<Vec<f64>> {
-        let tangent = self.image.tangent(trial, level, gap)?;
+        let tangent = self.image.tangent(trial.at(), level, gap)?;
         let sparsity = &self.image.system.sparsity;
         let by_motion = sparsity.gather(&tangent.by_motion);
         let right: Vec<f64> = trial.residual.iter().zip(by_motion).map(|(r, k)| -r - k).collect();

@@ -1,11 +1,11 @@
 //! The image, a body at rest on trial, the balance of both and how it changes at a quadrature point, and the body found.
 
-use crate::elements::{
-    Followers, System, largest, least, load_gradient, per_cell, product, tangent_times,
-};
-use crate::linear::{Norm, add, norm};
+use crate::elements::{Followers, System, load_gradient};
+use crate::linear::{add, dot, norm};
 use crate::{CellValue, Options};
-use sinew_energy::{Body, Fibres};
+use nalgebra::{Matrix3, Vector3};
+use sinew_energy::laws::Guccione;
+use sinew_energy::{Body, Fibres, Response};
 use sinew_num::{Mat3, cross};
 
 /// Part of a load and θ: what is continued where the whole load fails.
@@ -52,18 +52,16 @@ impl Trial {
         let residual: Vec<f64> = sparsity.gather(&forces).collect();
         let held = rest.prescribed.iter().enumerate().filter(|(_, held)| held.is_some());
         let reactions = held.map(|(dof, _)| rest.frames.component(dof, &forces));
-        let scale = loads.into_iter().chain(reactions).collect::<Norm>().value();
+        let scale = loads.into_iter().chain(reactions).fold(0.0, f64::hypot);
         let force = norm(&residual);
-        let ratios = rest.volumes.iter().zip(&image.system.body.volumes);
-        let least = ratios.map(|(rest, image)| rest / image).fold(f64::INFINITY, f64::min);
+        let least = volume_ratios(image.system.body, &rest)[0].value;
         let finite = force.is_finite() && scale.is_finite();
         finite.then_some(Self { motion, rest, displacement, residual, force, scale, least })
     }
 
-    /// A body at rest whose image, itself for now, is in balance.
-    pub(super) fn balanced(rest: Body) -> Self {
-        let (motion, displacement, residual) = (Vec::new(), Vec::new(), Vec::new());
-        Self { motion, rest, displacement, residual, force: 0.0, scale: 0.0, least: 1.0 }
+    /// The body at rest with the displacement to its image.
+    pub(super) fn at(&self) -> (&Body, &[f64]) {
+        (&self.rest, &self.displacement)
     }
 
     /// Unbalanced forces relative to loads and reactions.
@@ -163,11 +161,12 @@ impl Unloaded {
 /// Least and largest volume of a cell at rest relative to that in the image, at a quadrature point.
 pub(super) fn volume_ratios(image: &Body, rest: &Body) -> [CellValue; 2] {
     let ratios = rest.volumes.iter().zip(&image.volumes).map(|(rest, image)| rest / image);
-    let ratios: Vec<f64> = ratios.collect();
-    let [low, high] =
-        [f64::min, f64::max].map(|pick| per_cell(&ratios, image.points_per_cell, pick));
-    let least = least(&low, 1).first().copied();
-    [least.unwrap_or(CellValue { cell: 0, value: f64::NAN }), largest(&high)]
+    let by_value = |a: &(usize, f64), b: &(usize, f64)| a.1.total_cmp(&b.1);
+    let points = || ratios.clone().enumerate();
+    [points().min_by(by_value), points().max_by(by_value)].map(|found| {
+        let (point, value) = found.unwrap_or((0, f64::NAN));
+        CellValue { cell: point / image.points_per_cell, value }
+    })
 }
 
 /// Options of the search for a body at rest and of its check.
@@ -206,18 +205,13 @@ pub(super) type Tensor = [[f64; 9]; 9];
 /// does to the stress from the tangent A alone: `δP = A : F(W − D) − P W`.
 pub(super) struct PointRate {
     /// Kirchhoff stress τ = P Fᵀ \[stress\].
-    pub kirchhoff: Mat3<f64>,
+    pub kirchhoff: Matrix3<f64>,
     /// `∂τ_ij/∂E_kl` in row `3i + j` and column `3k + l`.
     pub rate: Tensor,
     /// `∂τ/∂s` where F is scaled by eˢ.
-    pub by_scale: Mat3<f64>,
-    /// `∂ tr D/∂E_kl`.
-    pub trace: [f64; 9],
-}
-
-/// `A Bᵀ`.
-fn product_transposed(a: &Mat3<f64>, b: &Mat3<f64>) -> Mat3<f64> {
-    Mat3::from_fn(|i, j| a[i][0] * b[j][0] + a[i][1] * b[j][1] + a[i][2] * b[j][2])
+    pub by_scale: Matrix3<f64>,
+    /// `∂ tr D/∂E`.
+    pub trace: Matrix3<f64>,
 }
 
 impl PointRate {
@@ -229,97 +223,57 @@ impl PointRate {
         [h, scaled]: [&Mat3<f64>; 2],
         carried: bool,
     ) -> Option<Self> {
-        let response = rest.material.response(point, parameters, scaled);
-        if !response.energy.is_finite() {
+        let Response { energy, stress, tangent } =
+            rest.material.response(point, parameters, scaled);
+        if !energy.is_finite() {
             return None;
         }
-        let (f, f_bar, stress) = (h.plus_identity(), scaled.plus_identity(), &response.stress);
-        let spatial = pushed(&response.tangent, &f_bar);
-        let along = product_transposed(&tangent_times(&response.tangent, &f_bar), &f_bar);
-        let kirchhoff = product_transposed(stress, &f_bar);
-        let (first, mut rate) = (product_transposed(stress, &f), [[0.0; 9]; 9]);
-        for (row, entries) in rate.iter_mut().enumerate() {
-            let (i, j) = (row / 3, row % 3);
-            for k in 0..3 {
-                let along = &spatial[row][3 * k..3 * k + 3];
-                for l in 0..3 {
-                    let stretched = along[0] * f[l][0] + along[1] * f[l][1] + along[2] * f[l][2];
-                    entries[3 * k + l] = -stretched - first[i][l] * f_bar[j][k];
-                }
+        let [f, f_bar, stress] = [h.plus_identity(), scaled.plus_identity(), stress]
+            .map(|matrix| Matrix3::from_fn(|i, j| matrix[i][j]));
+        let tangent_times = |change: Matrix3<f64>| {
+            let by_rows = change.transpose();
+            Matrix3::from_fn(|i, j| dot(&tangent[3 * i + j], by_rows.as_slice()))
+        };
+        let axes = axes(rest.material.directions(point)).filter(|_| carried);
+        let mut rate = [[0.0; 9]; 9];
+        for column in 0..9 {
+            let mut d = Matrix3::zeros();
+            d.set_row(column / 3, &f.row(column % 3));
+            let spin = axes.map_or_else(Matrix3::zeros, |axes| spin(&axes, &d));
+            let of_stress = tangent_times(f_bar * (spin - d)) - stress * spin;
+            let change = (of_stress - stress * d.transpose()) * f_bar.transpose();
+            for (row, entries) in rate.iter_mut().enumerate() {
+                entries[column] = change[(row / 3, row % 3)];
             }
         }
-        if carried {
-            add_spins(&mut rate, rest.material.directions(point), [&f, &f_bar], stress, &spatial);
-        }
-        let trace = std::array::from_fn(|kl| f[kl % 3][kl / 3]);
-        let by_scale = Mat3::from_fn(|i, j| along[i][j] + kirchhoff[i][j]);
-        Some(Self { kirchhoff, rate, by_scale, trace })
+        let kirchhoff = stress * f_bar.transpose();
+        let by_scale = tangent_times(f_bar) * f_bar.transpose() + kirchhoff;
+        Some(Self { kirchhoff, rate, by_scale, trace: f.transpose() })
     }
 
     /// The rate with `by_scale ⊗ trace` times a weight and `τ ⊗ trace` added.
     pub(super) fn with_volume(&self, by_scale: f64) -> Tensor {
+        let weights = self.kirchhoff + by_scale * self.by_scale;
         let mut rate = self.rate;
         for (row, entries) in rate.iter_mut().enumerate() {
-            let (i, j) = (row / 3, row % 3);
-            let weight = self.kirchhoff[i][j] + by_scale * self.by_scale[i][j];
-            entries.iter_mut().zip(&self.trace).for_each(|(entry, t)| *entry += weight * t);
+            for (column, entry) in entries.iter_mut().enumerate() {
+                *entry += weights[(row / 3, row % 3)] * self.trace[(column / 3, column % 3)];
+            }
         }
         rate
     }
 }
 
-/// `∂(A : F̄ G) F̄ᵀ/∂G`.
-fn pushed(tangent: &Tensor, f: &Mat3<f64>) -> Tensor {
-    let mut right = [[0.0; 9]; 9];
-    for (to, from) in right.iter_mut().zip(tangent) {
-        for m in 0..3 {
-            for k in 0..3 {
-                let weight = f[k][m];
-                (0..3).for_each(|n| to[3 * m + n] += weight * from[3 * k + n]);
-            }
-        }
-    }
-    let mut both = [[0.0; 9]; 9];
-    for (row, to) in both.iter_mut().enumerate() {
-        for m in 0..3 {
-            let (weight, from) = (f[row % 3][m], &right[3 * (row / 3) + m]);
-            (0..9).for_each(|column| to[column] += weight * from[column]);
-        }
-    }
-    both
-}
-
-/// Adds what the spin of carried directions does: that of the frame Q of `f M = Q R` with R upper triangular is
-/// `W = Σ_{i>j} (q_i · D q_j) (q_i q_jᵀ − q_j q_iᵀ)`.
-fn add_spins(
-    rate: &mut Tensor,
-    directions: &[[f64; 3]],
-    [f, f_bar]: [&Mat3<f64>; 2],
-    stress: &Mat3<f64>,
-    spatial: &Tensor,
-) {
-    let Some(q) = completed(directions) else { return };
-    for (i, j) in [(1, 0), (2, 0), (2, 1)] {
-        let spin = Mat3::from_fn(|a, b| q[i][a] * q[j][b] - q[j][a] * q[i][b]);
-        let direct = product_transposed(&product(stress, &spin), f_bar);
-        let change = tangent_times(spatial, &spin);
-        let moved = f.apply(&q[j]);
-        for (row, entries) in rate.iter_mut().enumerate() {
-            let weight = change[row / 3][row % 3] - direct[row / 3][row % 3];
-            for (column, entry) in entries.iter_mut().enumerate() {
-                *entry += weight * q[i][column / 3] * moved[column % 3];
-            }
-        }
-    }
-}
-
 /// Orthonormal axes, of which the first are given; a law of one direction does not see spins about it.
-fn completed(directions: &[[f64; 3]]) -> Option<[[f64; 3]; 3]> {
-    let first = directions.first()?;
-    let unit = |v: [f64; 3]| v.map(|x| x / v.iter().map(|x| x * x).sum::<f64>().sqrt());
-    let least = (0..3).min_by(|&i, &j| first[i].abs().total_cmp(&first[j].abs()))?;
-    let second = directions.get(1).copied().unwrap_or_else(|| {
-        unit(cross(first, &std::array::from_fn(|i| f64::from(u8::from(i == least)))))
-    });
-    Some([*first, second, cross(first, &second)])
+fn axes(directions: &[[f64; 3]]) -> Option<Matrix3<f64>> {
+    let (&first, others) = directions.split_first()?;
+    let second = others.first().copied().unwrap_or_else(|| Guccione::frame(first)[1]);
+    Some(Matrix3::from_columns(&[first, second, cross(&first, &second)].map(Vector3::from)))
+}
+
+/// Spin of carried directions, that of the frame Q of `f M = Q R` with R upper triangular:
+/// `W = Σ_{i>j} (q_i · D q_j) (q_i q_jᵀ − q_j q_iᵀ)`.
+fn spin(axes: &Matrix3<f64>, d: &Matrix3<f64>) -> Matrix3<f64> {
+    let lower = (axes.transpose() * d * axes).lower_triangle();
+    axes * (lower - lower.transpose()) * axes.transpose()
 }

@@ -2,10 +2,11 @@
 
 use super::lu::Entries;
 use crate::linear::{Sparsity, facets_of};
-use crate::unload::state::{Image, Level, PointRate, Tensor, Trial};
+use crate::unload::state::{Image, Level, PointRate, Tensor};
+use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
-use sinew_energy::{Body, PressureForm, PressureSurface, ReferenceSurface, SurfaceResponse};
-use sinew_num::{Scalar, Slope, cross, dot3};
+use sinew_energy::{Body, ReferenceSurface};
+use sinew_num::{Mat3, Scalar, Slope, cross, dot3, sub3};
 
 /// Number of cells that are computed on all threads before they are added.
 const AT_ONCE: usize = 2048;
@@ -61,31 +62,37 @@ impl<'n> Block<'n> {
 }
 
 /// Adds `weight × v : ∇` of a matrix v to a vector over the nodes at `local` places.
-fn add_gradient(to: &mut [f64], local: &[usize], shape: &[[f64; 3]], weight: f64, v: &[f64; 9]) {
-    for (&b, g) in local.iter().zip(shape) {
-        for k in 0..3 {
-            to[3 * b + k] += weight * (0..3).map(|l| v[3 * k + l] * g[l]).sum::<f64>();
-        }
+fn add_gradient(
+    to: &mut [f64],
+    local: &[usize],
+    shape: &[[f64; 3]],
+    weight: f64,
+    v: &Matrix3<f64>,
+) {
+    for (&b, &g) in local.iter().zip(shape) {
+        let product = weight * v * Vector3::from(g);
+        (0..3).for_each(|k| to[3 * b + k] += product[k]);
     }
 }
 
 impl Image<'_> {
-    /// The derivative at a trial; `motion` is one of the supports that is still to be made. `None` where it overflows.
+    /// The derivative at a body at rest with the displacement that leads to the image; `motion` is one of the supports that is still to be
+    /// made. `None` where it overflows.
     pub(super) fn tangent(
         &self,
-        trial: &Trial,
+        (rest, displacement): (&Body, &[f64]),
         level: &Level,
         motion: Option<&[f64]>,
     ) -> Option<Tangent> {
         let sparsity = &*self.system.sparsity;
-        let by_motion = vec![0.0; trial.motion.len()];
+        let by_motion = vec![0.0; displacement.len()];
         let mut tangent = Tangent { entries: Entries::zero(sparsity), by_motion };
         let mut add = |block: Block<'_>, matrix: Option<usize>| {
             let places = matrix.map(|matrix| sparsity.cells.of(matrix));
             tangent.add(sparsity, block, places, motion);
         };
         let (body, carries) = (self.system.body, self.carries());
-        let at = At { body, trial, level, carries };
+        let at = At { body, rest, displacement, level, carries };
         let matrices = if body.patches.is_empty() { body.cell_count() } else { body.patches.len() };
         let of_matrix = |index: usize| match sparsity.patches.get(index) {
             Some(nodes) => at.patch(&body.patches[index], nodes),
@@ -102,11 +109,9 @@ impl Image<'_> {
                 add(at.facet(surface, facet), None);
             }
         }
-        let thesis = |p: &&PressureSurface| p.triangles == Some(PressureForm::Thesis);
-        for (surface, facet, nodes) in facets_of(trial.rest.pressures.iter().filter(thesis)) {
+        for (surface, _, nodes) in facets_of(body.pressures.iter().filter(|p| p.thesis)) {
             let magnitude = level.factor * surface.magnitude.value(&level.theta);
-            let block = of_thesis_pressure(surface, facet, nodes, &trial.displacement, magnitude);
-            add(block, None);
+            add(of_thesis_pressure(nodes, &body.positions, magnitude), None);
         }
         Some(tangent)
     }
@@ -116,7 +121,8 @@ impl Image<'_> {
 struct At<'a> {
     /// Image.
     body: &'a Body,
-    trial: &'a Trial,
+    rest: &'a Body,
+    displacement: &'a [f64],
     level: &'a Level,
     /// Whether material directions move with the body.
     carries: bool,
@@ -124,14 +130,13 @@ struct At<'a> {
 
 impl At<'_> {
     fn cell<'n>(&self, cell: usize, nodes: &'n [usize]) -> Option<Block<'n>> {
-        let Self { body, trial, level, carries } = *self;
-        let rest = &trial.rest;
+        let Self { body, rest, displacement, level, carries } = *self;
         let parameters = rest.law_parameters(&level.theta);
         let mut block = Block::new(nodes);
         let local: Vec<_> = (0..nodes.len()).collect();
         let first = cell * body.points_per_cell;
         for point in first..first + body.points_per_cell {
-            let h = rest.displacement_gradient(point, &trial.displacement);
+            let h = rest.displacement_gradient(point, displacement);
             let rate = PointRate::new(rest, point, parameters, [&h, &h], carries)?;
             let (shape, volume) = (body.shape_of_point(point), rest.volumes[point]);
             block.add_point(&local, shape, volume, &rate.with_volume(0.0));
@@ -143,7 +148,7 @@ impl At<'_> {
     /// The body force on a cell grows with its volume at rest.
     fn add_force(&self, block: &mut Block<'_>, local: &[usize], point: usize, rate: &PointRate) {
         let (body, loads) = (self.body, &self.body.reference_loads);
-        let weight = self.level.factor * self.trial.rest.volumes[point];
+        let weight = self.level.factor * self.rest.volumes[point];
         if loads.body_force == [0.0; 3] {
             return;
         }
@@ -159,10 +164,9 @@ impl At<'_> {
     /// Points of one mean volume ratio J̄: with F̄ = eˢ F and s = ⅓ ln J̄/J forces are those of `V dev τ̄ + v π I`, where
     /// π = Σ ⅓V tr τ̄ / Σv. What they have in common are β = δ ln J̄ = −Σ V tr D / ΣV and δπ.
     fn patch<'n>(&self, points: &[usize], nodes: &'n [usize]) -> Option<Block<'n>> {
-        let Self { body, trial, level, carries } = *self;
-        let rest = &trial.rest;
+        let Self { body, rest, displacement, level, carries } = *self;
         let parameters = rest.law_parameters(&level.theta);
-        let kinematics = rest.patch_kinematics(points, &trial.displacement)?;
+        let kinematics = rest.patch_kinematics(points, displacement)?;
         let mut block = Block::new(nodes);
         let vector = || vec![0.0; 3 * nodes.len()];
         let (mut by_mean, mut mean) = (vector(), vector());
@@ -178,10 +182,12 @@ impl At<'_> {
             let (shape, volume) = (body.shape_of_point(point), rest.volumes[point]);
             let local = places(point);
             let mut whole = rate.with_volume(1.0 / 3.0);
-            let third: [f64; 9] =
-                std::array::from_fn(|kl| (whole[0][kl] + whole[4][kl] + whole[8][kl]) / 3.0);
+            let third = Matrix3::from_fn(|k, l| {
+                [0, 4, 8].map(|row| whole[row][3 * k + l]).iter().sum::<f64>() / 3.0
+            });
             for row in [0, 4, 8] {
-                whole[row].iter_mut().zip(&third).for_each(|(entry, mean)| *entry -= mean);
+                let entries = whole[row].iter_mut().enumerate();
+                entries.for_each(|(kl, entry)| *entry -= third[(kl / 3, kl % 3)]);
             }
             block.add_point(&local, shape, volume, &whole);
             self.add_force(&mut block, &local, point, &rate);
@@ -189,13 +195,10 @@ impl At<'_> {
             add_gradient(&mut pressure, &local, shape, volume / now, &third);
             let trace = rate.by_scale.trace() / 3.0;
             slope += volume * trace / (3.0 * now);
-            let deviator: [f64; 9] = std::array::from_fn(|ij| {
-                let mean = if ij % 4 == 0 { trace } else { 0.0 };
-                (rate.by_scale[ij / 3][ij % 3] - mean) / 3.0
-            });
+            let deviator = (rate.by_scale - Matrix3::from_diagonal_element(trace)) / 3.0;
             add_gradient(&mut by_mean, &local, shape, volume, &deviator);
-            let identity = std::array::from_fn(|ij| f64::from(u8::from(ij % 4 == 0)));
-            add_gradient(&mut by_pressure, &local, shape, body.volumes[point], &identity);
+            let volume = body.volumes[point];
+            add_gradient(&mut by_pressure, &local, shape, volume, &Matrix3::identity());
         }
         pressure.iter_mut().zip(&mean).for_each(|(p, m)| *p += slope * m);
         block.add_product(&by_mean, &mean);
@@ -205,17 +208,17 @@ impl At<'_> {
 
     /// The dead traction and the springs of a facet, whose area and normal change.
     fn facet<'n>(&self, surface: &ReferenceSurface, facet: &'n [usize]) -> Block<'n> {
-        let Self { trial, level, .. } = *self;
+        let Self { rest, displacement, level, .. } = *self;
         let mut block = Block::new(facet);
         let (size, plane) = (block.size(), surface.rule.dimension == 2);
         for point in &surface.rule.points {
-            let [s, t] = surface.tangents(facet, point, &trial.rest.positions);
+            let [s, t] = surface.rule.tangents(facet, point, &rest.positions);
             let normal = cross(&s, &t);
             if dot3(&normal, &normal) == 0.0 {
                 continue;
             }
             for (a, &node) in facet.iter().enumerate() {
-                let u = std::array::from_fn(|i| trial.displacement[3 * node + i]);
+                let u = std::array::from_fn(|i| displacement[3 * node + i]);
                 // Force per area of the reference element, with derivatives in both tangents and the displacement.
                 let [s, t, u] = [(s, 0), (t, 3), (u, 6)].map(|(vector, first): ([f64; 3], _)| {
                     [0, 1, 2].map(|i| Slope::<9>::variable(vector[i], first + i))
@@ -263,36 +266,17 @@ impl Tangent {
     }
 }
 
-/// Pressure by the thesis' formula. At a fixed current position it is linear in the displacement, so that a difference
-/// is exact.
-fn of_thesis_pressure<'n>(
-    surface: &PressureSurface,
-    facet: usize,
-    nodes: &'n [usize],
-    displacement: &[f64],
-    magnitude: f64,
-) -> Block<'n> {
+/// Pressure by the thesis' formula, whose force on corner a is `p/6 (n + (x_b − x_c) × Σu)` with the normal n and the other corners b and c:
+/// linear in the displacement where the positions x are fixed.
+fn of_thesis_pressure<'n>(nodes: &'n [usize], positions: &[[f64; 3]], magnitude: f64) -> Block<'n> {
     let mut block = Block::new(nodes);
     let size = block.size();
-    let alone = PressureSurface {
-        nodes: (0..nodes.len()).collect(),
-        positions: surface.positions[facet * nodes.len()..][..nodes.len()].to_vec(),
-        ..surface.clone()
-    };
-    let moved: Vec<f64> =
-        nodes.iter().flat_map(|&node| &displacement[3 * node..3 * node + 3]).copied().collect();
-    let forces = |step: f64, column: usize| {
-        let mut shift = vec![0.0; size];
-        shift[column] = step;
-        let moved: Vec<f64> = moved.iter().zip(&shift).map(|(u, s)| u - s).collect();
-        let mut response = SurfaceResponse::default();
-        alone.placed(&shift).facet_response(0, &moved, &mut response);
-        response.gradient
-    };
-    for column in 0..size {
-        let (before, after) = (forces(-0.5, column), forces(0.5, column));
-        for (row, (before, after)) in before.iter().zip(&after).enumerate() {
-            block.values[row * size + column] = magnitude * (after - before);
+    for a in 0..3 {
+        let [b, c] = [1, 2].map(|next| positions[nodes[(a + next) % 3]]);
+        let across = sub3(&c, &b).map(|x| magnitude / 6.0 * x);
+        for column in 0..size {
+            let force = cross(&across, &Mat3::IDENTITY[column % 3]);
+            (0..3).for_each(|i| block.values[(3 * a + i) * size + column] = force[i]);
         }
     }
     block

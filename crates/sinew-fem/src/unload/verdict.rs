@@ -2,13 +2,14 @@
 
 use crate::elements::{Residual, State, System, Unknowns};
 use crate::linear::{difference, dot, facets_of, norm};
-use crate::solve::{Path, Plane, Point};
+use crate::solve::{ON_THE_WAY, Path, Plane, Point};
 use crate::unload::state::{Image, Loading, Trial, UnloadOptions};
 use crate::unload::{Result, UnloadError};
 use crate::{Line, LoadSteps, Options, SolveError, Solver};
 use sinew_energy::Body;
-use sinew_energy::metrics::mean_and_largest;
+use sinew_energy::metrics::{displacement_error, mean_and_largest};
 use sinew_mesh::{TriangleMesh, self_intersections};
+use sinew_num::ascending;
 use std::collections::HashSet;
 use std::time::Instant;
 use thiserror::Error;
@@ -83,10 +84,8 @@ impl Image<'_> {
 
 /// Largest distance of a node between two displacements \[length\], and the node.
 fn farthest(first: &[f64], second: &[f64]) -> (f64, usize) {
-    let nodes = first.as_chunks::<3>().0.iter().zip(second.as_chunks::<3>().0);
-    let distances = nodes.map(|(a, b)| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt());
-    let largest = distances.zip(0..).max_by(|a, b| a.0.total_cmp(&b.0));
-    largest.unwrap_or((0.0, 0))
+    let distances = displacement_error(first, second).into_iter().zip(0..);
+    distances.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0))
 }
 
 /// Largest distance to the image of its extrapolation from half-way \[relative to its displacement\]. Ventricles of the box have 0.06 to 0.13; those
@@ -131,8 +130,7 @@ fn connected(
     let unknowns = Unknowns::of(&path.system.sparsity.scattered(parabola));
     let guess = Point { at: 0.5, place: 1.0 - 0.5 / end, unknowns, stress: None };
     let plane = Plane { normal: (by_displacement.clone(), 0.0), distance: 0.5 };
-    let enough = options.accuracy_on_the_way;
-    let half = path.meeting(Some(&plane), guess, enough)?;
+    let half = path.meeting(Some(&plane), guess, ON_THE_WAY)?;
     let (extrapolated, middle) = tangent(&half.by_place);
     let off = difference(&extrapolated, &image);
     let most = MONOTONE * 2.0;
@@ -177,12 +175,12 @@ impl ThinWall {
         let facets: Vec<_> = facets_of(surfaces).map(|(_, _, nodes)| nodes).collect();
         let pressed: HashSet<usize> = facets.iter().copied().flatten().copied().collect();
         let far = far_side(body, &pressed);
-        let under: HashSet<_> = facets.into_iter().map(sorted).collect();
+        let under: HashSet<_> = facets.into_iter().map(|nodes| ascending(nodes.to_vec())).collect();
         let (mut through, mut cells) = (0, 0);
         for nodes in body.cell_nodes() {
             for corner in 0..4 {
-                let others: Vec<_> = (0..4).filter(|&k| k != corner).map(|k| nodes[k]).collect();
-                if under.contains(&sorted(&others)) {
+                let others = (0..4).filter(|&k| k != corner).map(|k| nodes[k]);
+                if under.contains(&ascending(others)) {
                     cells += 1;
                     through += usize::from(far.contains(&nodes[corner]));
                 }
@@ -191,12 +189,6 @@ impl ThinWall {
         let thin = through as f64 > MOST_THROUGH * cells as f64;
         thin.then_some(Self { through, cells })
     }
-}
-
-fn sorted(nodes: &[usize]) -> Vec<usize> {
-    let mut nodes = nodes.to_vec();
-    nodes.sort_unstable();
-    nodes
 }
 
 /// Free nodes on the surface of the body that no pressure acts on.

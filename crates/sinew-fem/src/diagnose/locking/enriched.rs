@@ -3,9 +3,10 @@
 
 use crate::elements::tangent_times;
 use crate::linear::add;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 use sinew_energy::{Body, BodyArrays, SurfaceResponse};
-use sinew_num::{Mat3, cross, dot3};
+use sinew_mesh::{TriangleMesh, edges};
+use sinew_num::Mat3;
 
 /// Most modes of one cell.
 const MOST_MODES: usize = 6;
@@ -23,7 +24,7 @@ pub(super) type Modes = Vec<[f64; 3]>;
 pub(super) struct Enriched<'b> {
     body: &'b Body,
     per_cell: usize,
-    /// Ends of the edges of simplices, ascending.
+    /// Edges of simplices as [`sinew_mesh::edges`] has them.
     edges: Vec<[usize; 2]>,
     /// Modes of the cells, one cell after the other.
     modes: Vec<usize>,
@@ -32,7 +33,7 @@ pub(super) struct Enriched<'b> {
     /// Tangent at each quadrature point of the body.
     tangents: Vec<[[f64; 9]; 9]>,
     /// Projection of each mode on the directions that supports leave free.
-    free: Vec<Mat3<f64>>,
+    free: Vec<Matrix3<f64>>,
     /// Inverse of the diagonal block of each mode.
     inverse: Vec<Matrix3<f64>>,
 }
@@ -77,8 +78,7 @@ impl<'b> Enriched<'b> {
                 }
             }
         });
-        let inverse = |(block, free): (&Matrix3<f64>, &Mat3<f64>)| {
-            let free = Matrix3::from_fn(|i, k| free[i][k]);
+        let inverse = |(block, free): (&Matrix3<f64>, &Matrix3<f64>)| {
             let held = (Matrix3::identity() - free) * block.trace();
             let inverse = (free * block * free + held).try_inverse().unwrap_or_default();
             free * inverse * free
@@ -88,10 +88,8 @@ impl<'b> Enriched<'b> {
 
     /// Residual of the modes times the inverse of their diagonal blocks.
     pub(super) fn precondition(&self, residual: &Modes) -> Modes {
-        let times = |(r, inverse): (&[f64; 3], &Matrix3<f64>)| {
-            [0, 1, 2].map(|i| (0..3).map(|k| inverse[(i, k)] * r[k]).sum())
-        };
-        residual.iter().zip(&self.inverse).map(times).collect()
+        let pairs = residual.iter().zip(&self.inverse);
+        pairs.map(|(&r, inverse)| (inverse * Vector3::from(r)).into()).collect()
     }
 
     /// Forces on the modes of a displacement of the nodes.
@@ -154,12 +152,7 @@ impl<'b> Enriched<'b> {
         });
         for surface in &reference_loads.surfaces {
             for facet in surface.facets() {
-                let area = |point| {
-                    let [along, across] = surface.tangents(facet, point, positions);
-                    let normal = cross(&along, &across);
-                    point.weight * dot3(&normal, &normal).sqrt()
-                };
-                let area: f64 = surface.rule.points.iter().map(area).sum();
+                let area = surface.rule.area(facet, positions);
                 self.add_facet(facet, &surface.traction.map(|t| area * t), forces);
             }
         }
@@ -183,7 +176,7 @@ impl<'b> Enriched<'b> {
         let share = if nodes.len() == 2 { 2.0 / 3.0 } else { 1.0 / 3.0 };
         for (at, &a) in nodes.iter().enumerate() {
             for &b in &nodes[..at] {
-                if let Ok(mode) = self.edges.binary_search(&[a.min(b), a.max(b)]) {
+                if let Ok(mode) = self.edges.binary_search(&descending(a, b)) {
                     add(&mut forces[mode], share, force);
                 }
             }
@@ -191,12 +184,18 @@ impl<'b> Enriched<'b> {
     }
 
     fn project(&self, forces: &mut Modes) {
-        forces.iter_mut().zip(&self.free).for_each(|(force, free)| *force = free.apply(force));
+        let pairs = forces.iter_mut().zip(&self.free);
+        pairs.for_each(|(force, free)| *force = (free * Vector3::from(*force)).into());
     }
 }
 
 /// Edges, modes of the cells, gradients at their points and free directions, as [`Enriched`] has them.
-type Parts = (Vec<[usize; 2]>, Vec<usize>, Vec<[[f64; 3]; MOST_MODES]>, Vec<Mat3<f64>>);
+type Parts = (Vec<[usize; 2]>, Vec<usize>, Vec<[[f64; 3]; MOST_MODES]>, Vec<Matrix3<f64>>);
+
+/// An edge with the larger node first.
+fn descending(a: usize, b: usize) -> [usize; 2] {
+    [a.max(b), a.min(b)]
+}
 
 fn of_hexahedra(body: &Body) -> Parts {
     let corners = body.element().nodes;
@@ -225,21 +224,16 @@ fn of_hexahedra(body: &Body) -> Parts {
         }
     }
     let count = 3 * body.cell_count();
-    (Vec::new(), (0..count).collect(), gradients, vec![Mat3::IDENTITY; count])
+    (Vec::new(), (0..count).collect(), gradients, vec![Matrix3::identity(); count])
 }
 
-fn of_simplices<'b>(body: &'b Body) -> Parts {
-    let (edges, corners) = (body.element().edges, body.element().corners);
-    let ends = |nodes: &[usize], edge: &[usize]| {
-        let (a, b) = (nodes[edge[0]], nodes[edge[1]]);
-        [a.min(b), a.max(b)]
-    };
-    let of_cell = |nodes: &'b [usize]| edges.iter().map(move |edge| ends(nodes, edge));
-    let mut all: Vec<_> = body.cell_nodes().flat_map(of_cell).collect();
-    all.sort_unstable();
-    all.dedup();
-    let number = |edge| all.partition_point(|other| *other < edge);
-    let modes = body.cell_nodes().flat_map(of_cell).map(number).collect();
+fn of_simplices(body: &Body) -> Parts {
+    let (of_cell, corners) = (body.element().edges, body.element().corners);
+    let (all, mut modes) = (body.mesh.edges(), Vec::new());
+    for nodes in body.cell_nodes() {
+        let ends = of_cell.iter().map(|edge| descending(nodes[edge[0]], nodes[edge[1]]));
+        modes.extend(ends.map(|ends| all.partition_point(|other| *other < ends)));
+    }
     // Points of degree 2: λ is `high` at one corner and `low` at the others.
     let n = corners as f64;
     let step = (n + 1.0).sqrt().recip();
@@ -250,7 +244,7 @@ fn of_simplices<'b>(body: &'b Body) -> Parts {
         for point in 0..corners {
             let weight = |corner| 4.0 * if corner == point { low + step } else { low };
             let mut of_point = [[0.0; 3]; MOST_MODES];
-            for (mode, edge) in edges.iter().enumerate() {
+            for (mode, edge) in of_cell.iter().enumerate() {
                 let [a, b] = [edge[0], edge[1]];
                 of_point[mode] = [0, 1, 2].map(|j| weight(a) * g[b][j] + weight(b) * g[a][j]);
             }
@@ -274,33 +268,27 @@ fn add_forces(
 }
 
 /// Projection on the directions that supports leave free in the middle of each edge: those along which not both ends are held.
-fn free_directions(body: &Body, edges: &[[usize; 2]]) -> Vec<Mat3<f64>> {
+fn free_directions(body: &Body, all: &[[usize; 2]]) -> Vec<Matrix3<f64>> {
     /// Cosine of the largest angle between axes of both ends, 8°.
     const SAME_AXIS: f64 = 0.99;
-    let mut outside: Vec<[usize; 2]> = Vec::new();
-    for facet in body.mesh.boundary_facets() {
-        let nodes = body.mesh.nodes_of_facet(facet);
-        for (at, &a) in nodes.iter().enumerate() {
-            outside.extend(nodes[..at].iter().map(|&b| [a.min(b), a.max(b)]));
-        }
-    }
-    outside.sort_unstable();
+    let (triangles, _) = body.mesh.boundary_triangles();
+    let outside = edges(&TriangleMesh { cells: triangles, ..TriangleMesh::default() });
     let axes = |node: usize| {
         let held = (3 * node..3 * node + 3).filter(|&dof| body.prescribed[dof].is_some());
-        held.map(|dof| body.frames.axis(dof))
+        held.map(|dof| Vector3::from(body.frames.axis(dof)))
     };
     let plane = body.element().dimension == 2;
     let project = |edge: &[usize; 2]| {
-        let mut free = Mat3::IDENTITY;
+        let mut free = Matrix3::identity();
         if !plane && outside.binary_search(edge).is_err() {
             return free;
         }
         for axis in axes(edge[0]) {
-            if axes(edge[1]).any(|other| dot3(&axis, &other).abs() > SAME_AXIS) {
-                free = Mat3::from_fn(|i, j| free[i][j] - axis[i] * axis[j]);
+            if axes(edge[1]).any(|other| axis.dot(&other).abs() > SAME_AXIS) {
+                free -= axis * axis.transpose();
             }
         }
         free
     };
-    edges.iter().map(project).collect()
+    all.iter().map(project).collect()
 }

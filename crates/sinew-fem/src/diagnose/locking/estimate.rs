@@ -1,8 +1,7 @@
 //! Loss of displacement by one linear problem in enriched cells.
 
 use super::enriched::{Enriched, Modes};
-use crate::diagnose::stress::law_gradients;
-use crate::elements::{PredictedStress, State, System, Unknowns, inverse, place};
+use crate::elements::{PredictedStress, State, System, Unknowns, inadmissible, inverse, place};
 use crate::linear::systems::CORRECTION;
 use crate::linear::{add, dot};
 use crate::{Method, Result, SolveError};
@@ -95,8 +94,9 @@ impl System<'_> {
             h.plus_identity().add_second_of_determinant(more, &mut tangent);
             (h, tangent)
         };
-        let points = law_gradients(body, displacement)?.into_iter().enumerate();
-        let points: Vec<Point> = points.map(point).collect();
+        let gradients = body.law_gradients(displacement);
+        let gradients = gradients.ok_or_else(|| inadmissible(body, displacement))?;
+        let points: Vec<Point> = gradients.into_iter().enumerate().map(point).collect();
         match body.patches.is_empty() {
             true => {
                 let stress = self.stress_with(&pressures, &smooth);

@@ -1,9 +1,8 @@
-//! Follower pressures: on loose rims, and on flat triangles in two ways.
+//! Follower pressures on loose rims.
 
-use crate::elements::scene::{distance, node_at, roller, scene, wobble};
-use crate::shells::sphere_octant;
+use crate::elements::scene::{node_at, scene, wobble};
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Load, Magnitude, PressureSurface, Support, SurfaceResponse};
+use sinew_energy::{Load, Magnitude, Support, SurfaceResponse};
 use sinew_fem::{Options, Solver};
 use sinew_mesh::{AnyMesh, box_hexahedra, box_tetrahedra};
 
@@ -141,39 +140,4 @@ fn the_tangent_of_a_loose_follower_agrees_with_differences() {
     check(box_hexahedra([1.0; 3], [1; 3]));
     check(sinew_mesh::rectangle_triangles([1.0; 2], [2, 2]));
     check(sinew_mesh::rectangle_triangles([1.0; 2], [2, 2]).quadratic());
-}
-
-/// An eighth of a sphere with planes of symmetry, loaded through flat triangles and through the surface of any
-/// element.
-#[test]
-fn flat_triangles_and_surfaces_agree() {
-    let mesh = sphere_octant([1.0, 2.0], [2, 3]).tetrahedra();
-    let load = Load::Pressure { facets: "inner".into(), magnitude: Magnitude::Theta(2) };
-    let planes = [("x_min", 0), ("y_min", 1), ("z_min", 2)].map(|(set, axis)| roller(set, axis));
-    let mut sphere = scene(NeoHookean, mesh, vec![load], planes.into());
-    let mut pressure = sphere.parameters[0].clone();
-    pressure.name = "p".into();
-    sphere.parameters.push(pressure);
-    let body = sphere.lower().unwrap();
-    let [flat] = &body.pressures[..] else { panic!("one pressure") };
-    assert!(flat.triangles.is_some());
-    let curved = &PressureSurface { triangles: None, ..flat.clone() };
-    let theta = [1.0, 1.0, 0.3];
-    let u = wobble(body.prescribed.len(), 0.05);
-    let [first, second] = [flat, curved].map(|surface| {
-        let mut gradient = vec![0.0; u.len()];
-        let energy = surface.value_and_add_gradient(&u, &theta, &mut gradient);
-        assert!((energy - surface.value(&u, &theta)).abs() < 1e-12 * energy.abs());
-        (energy, gradient)
-    });
-    assert!((first.0 - second.0).abs() < 1e-12 * first.0.abs());
-    assert!(distance(&first.1, &second.1) < 1e-12);
-    for facet in 0..flat.facets() {
-        let [first, second] = [flat, curved].map(|surface| {
-            let mut response = SurfaceResponse::default();
-            surface.facet_response(facet, &u, &mut response);
-            response.hessian
-        });
-        assert!(distance(&first, &second) < 1e-12);
-    }
 }

@@ -108,14 +108,12 @@ fn angles_count_towards_the_base() {
     close(&rule, 6.9, [[0.0, 0.5, half], [1.0, 0.0, 0.0], [0.0, half, -0.5]]);
     close(&rule, 8.5, [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]);
     close(&rule, 10.2, [[0.0, 0.5, -half], [1.0, 0.0, 0.0], [0.0, -half, -0.5]]);
-    assert_eq!(rule.fibre_angle(7.0), -60.0);
 }
 
 #[test]
 fn sheets_turn_about_the_fibre() {
     let rule = FibreRule::new(0.0, 0.0).unwrap().with_sheets(90.0, -90.0).unwrap();
     close(&rule, 6.9, [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]);
-    assert_eq!(rule.sheet_angle(0.25), 45.0);
 }
 
 #[test]
