@@ -3,7 +3,7 @@
 use crate::fault::Result;
 use crate::{CalibrateError, Forward, ForwardError, Observed};
 use rayon::prelude::*;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
@@ -31,7 +31,7 @@ pub struct Solves<'f> {
     /// Flag that ends it with an error.
     pub stopped: Arc<AtomicBool>,
     /// Answers that were asked for, those of a file included.
-    asked: std::collections::HashSet<Vec<u64>>,
+    asked: HashSet<Vec<u64>>,
 }
 
 impl<'f> Solves<'f> {
@@ -45,7 +45,7 @@ impl<'f> Solves<'f> {
             started: Instant::now(),
             budget: None,
             stopped: Arc::default(),
-            asked: Default::default(),
+            asked: HashSet::new(),
         }
     }
 
@@ -125,14 +125,12 @@ impl<'f> Solves<'f> {
         thetas: &[Vec<f64>],
         derivatives: bool,
     ) -> Result<Vec<Answer>> {
-        let key = |theta: &[f64]| theta.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
-        let keys: Vec<Vec<u64>> = thetas.iter().map(|theta| key(theta)).collect();
-        let mut new: Vec<usize> = Vec::new();
-        for (place, of) in keys.iter().enumerate() {
-            if !self.found.contains_key(of) && new.iter().all(|&other| keys[other] != *of) {
-                new.push(place);
-            }
-        }
+        let key = |theta: &Vec<f64>| theta.iter().map(|x| x.to_bits()).collect();
+        let keys: Vec<Vec<u64>> = thetas.iter().map(key).collect();
+        let mut seen = HashSet::new();
+        let is_new =
+            |&place: &usize| !self.found.contains_key(&keys[place]) && seen.insert(&keys[place]);
+        let new: Vec<usize> = (0..keys.len()).filter(is_new).collect();
         let mut done = thetas.len() - new.len();
         for chunk in new.chunks(AT_ONCE) {
             (self.told)(stage, done, thetas.len());

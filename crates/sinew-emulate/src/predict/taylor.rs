@@ -264,20 +264,16 @@ fn farthest(
     });
     let mut scored: Vec<(f64, usize, Vec<f64>)> = scored.collect::<Result<_>>()?;
     scored.sort_by(|(a, ..), (b, ..)| b.total_cmp(a));
-    let mut best: Option<(f64, usize, Option<Vec<f64>>)> = None;
-    for (_, place, predicted) in scored.into_iter().take(CHECKED) {
+    let checked = scored.into_iter().take(CHECKED).map(|(_, place, predicted)| {
         let estimate = solver.error_estimate(&predicted, &candidates[place])?;
-        let (error, near) = match estimate.distance {
-            Ok(distance) => (distance.largest, Some(distance.equilibrium)),
-            Err(_) => (f64::INFINITY, None),
-        };
-        if best.as_ref().is_none_or(|(largest, ..)| error > *largest) {
-            best = Some((error, place, near));
-        }
-    }
-    let none = "no answer was found; solve it from rest (sinew solve)";
-    let (_, place, near) = best.ok_or_else(|| Error::Refused(none.into()))?;
-    Ok((candidates.swap_remove(place), near))
+        let near = estimate.distance.ok();
+        Ok((near.as_ref().map_or(f64::INFINITY, |near| near.largest), place, near))
+    });
+    let checked: Vec<_> = checked.collect::<Result<_>>()?;
+    let largest =
+        checked.into_iter().reduce(|best, next| if next.0 > best.0 { next } else { best });
+    let (_, place, near) = largest.expect("more candidates than anchors");
+    Ok((candidates.swap_remove(place), near.map(|near| near.equilibrium)))
 }
 
 /// Why there is no anchor.
