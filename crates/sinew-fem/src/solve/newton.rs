@@ -163,12 +163,13 @@ impl System<'_> {
     fn record(&self, search: &Search<'_>, residual: &Residual, history: &mut Log<'_>) {
         let assembly = &self.assembly;
         let enough = search.goal.accuracy * assembly.force_scale;
+        // The difference of two numbers that overflow is not a number.
+        let overflowed = |x: f64| if x.is_nan() { f64::INFINITY } else { x };
         let iteration = Iteration {
             load_factor: search.load_factor,
-            residual: residual.force,
+            residual: overflowed(residual.force),
             tolerance: assembly.tolerance().max(enough),
-            // The difference of two energies that overflow is not a number.
-            energy: if assembly.energy.is_nan() { f64::INFINITY } else { assembly.energy },
+            energy: overflowed(assembly.energy),
             least_volume_ratio: assembly.least_volume_ratio,
             worst_cell: assembly.worst_cell,
             step: 0.0,
