@@ -16,7 +16,7 @@ mod supports;
 mod training;
 mod units;
 
-pub use factors::{Active, Factors};
+pub use factors::Factors;
 pub use fibre_rule::{EllipsoidRule, FibreRule};
 pub use fibres::Fibres;
 pub use laws::{Law, Range};
@@ -85,9 +85,9 @@ pub struct Case {
     /// Element formulation: integration of volumes.
     #[serde(default)]
     pub formulation: Formulation,
-    /// Whether the body contracts along its fibres, with its tension `T_a` in θ, and where.
-    #[serde(default)]
-    pub active: Active,
+    /// Factors of the tension `T_a` in θ by which the body contracts along its fibres; by default they are 1.
+    #[serde(default, deserialize_with = "factors::active")]
+    pub active: Option<Factors>,
     /// Factors of the stiffness from place to place; the tension of `active` does not change.
     pub stiffness: Option<Factors>,
     /// Ranges of θ by name, in any order: the law's parameters and those that loads name.
@@ -368,7 +368,7 @@ impl Case {
         let loads = self.lower_loads(&mesh, law)?;
         let supports = self.lower_supports(&mut mesh)?;
         self.prepare_factors(&mut mesh)?;
-        let material = self.law.material(law, self.active.contracts());
+        let material = self.law.material(law, self.active.is_some());
         let scene = Scene { parameters, loads, supports, ..Scene::new(mesh, material) };
         let scene = match formulation {
             Formulation::Averaged => scene.averaged(),

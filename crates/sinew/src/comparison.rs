@@ -32,17 +32,14 @@ pub struct Comparison {
     /// Nodal displacements of the test cases \[length\].
     pub displacement: Quantiles,
     /// Case and command.
-    #[serde(default)]
     pub origin: Origin,
     /// Warnings about the solver's solutions, the reference of the errors.
-    #[serde(default)]
     pub doubts: Vec<String>,
     /// The emulators.
     pub methods: Vec<Method>,
     /// Volumes of cavities by the solver.
     pub inflation: Option<Inflation>,
     /// The body's surface, coloured by its displacement, in the test cases that move it in the middle and the most.
-    #[serde(default)]
     pub motion: Surfaces,
     /// The body's surface in the median and the worst case of each, coloured by the error.
     pub surfaces: Surfaces,
@@ -54,7 +51,6 @@ pub struct Method {
     /// Name, such as that of its recipe.
     pub name: String,
     /// Description, in a line.
-    #[serde(default)]
     pub about: String,
     /// Simulations that it learned from.
     pub simulations: usize,
@@ -69,10 +65,8 @@ pub struct Method {
     /// Reasons not to trust it.
     pub warnings: Vec<Warning>,
     /// Recipe and options of its training, as they were stored beside it; may be empty.
-    #[serde(default)]
     pub options: String,
     /// Volumes of cavities as it predicts them, ordered as [`Inflation::volumes`].
-    #[serde(default)]
     pub volumes: Vec<Vec<f64>>,
 }
 

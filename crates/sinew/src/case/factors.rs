@@ -5,7 +5,7 @@ use super::fibres::field_of;
 use super::source::{Result, Source, advise};
 use super::supports::add_node_set;
 use serde::Deserialize;
-use serde::de::{Deserializer, MapAccess, Visitor, value::MapAccessDeserializer};
+use serde::de::{Deserializer, Error, MapAccess, Visitor, value::MapAccessDeserializer};
 use sinew_energy::laws::{LAWS, NamedLaw, TENSION};
 use sinew_energy::{Body, SceneError};
 use sinew_mesh::AnyMesh;
@@ -23,33 +23,6 @@ pub struct Factors {
     pub cells: Option<String>,
     /// The factor there; it is 1 elsewhere.
     pub factor: Option<f64>,
-}
-
-/// Whether a body contracts along its fibres, and where.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub enum Active {
-    /// No contraction.
-    #[default]
-    No,
-    /// Contraction everywhere alike.
-    Everywhere,
-    /// Contraction by factors of the tension.
-    Where(Factors),
-}
-
-impl Active {
-    /// Whether it contracts at all.
-    pub fn contracts(&self) -> bool {
-        *self != Self::No
-    }
-
-    /// The factors of the tension, if they differ.
-    pub(super) fn factors(&self) -> Option<&Factors> {
-        match self {
-            Self::Where(factors) => Some(factors),
-            Self::No | Self::Everywhere => None,
-        }
-    }
 }
 
 impl Factors {
@@ -71,10 +44,7 @@ impl Factors {
                     format!("the mesh has no set of cells `{name}`{advice}")
                 })
             }
-            _ => {
-                let reason = "give the `field` of the mesh with the factors, or `nodes` or `cells` of a set and their `factor`";
-                Err(source.error(&[key], reason.into()))
-            }
+            _ => Err(source.error(&[key], INCOMPLETE.into())),
         }
     }
 
@@ -126,13 +96,14 @@ fn means(key: &str, body: &Body, of_nodes: &[f64], source: &Source) -> Result<Ve
     body.cell_factors(of_nodes).map_err(|error| source.error(&[key], error.to_string()))
 }
 
+const INCOMPLETE: &str = "give the `field` of the mesh with the factors, or `nodes` or `cells` of a set and their `factor`";
 const STIFFNESS: &str = "stiffness";
 const ACTIVE: &str = "active";
 
 impl Case {
     /// Refuses a contraction that the law cannot do.
     pub(super) fn check_active(&self, law: &NamedLaw) -> Result<()> {
-        let wrong = self.active.contracts() && !law.is_fibrous_solid();
+        let wrong = self.active.is_some() && !law.is_fibrous_solid();
         self.source.refuse_if(wrong, &[ACTIVE], || {
             let able = LAWS.iter().filter(|row| row.is_fibrous_solid()).map(|row| row.name);
             let able = able.collect::<Vec<_>>().join(", ");
@@ -149,7 +120,12 @@ impl Case {
     /// Factors with their keys.
     fn factors(&self) -> impl Iterator<Item = (&'static str, &Factors)> {
         let stiffness = self.stiffness.iter().map(|factors| (STIFFNESS, factors));
-        stiffness.chain(self.active.factors().map(|factors| (ACTIVE, factors)))
+        stiffness.chain(self.of_tension().map(|factors| (ACTIVE, factors)))
+    }
+
+    /// Factors of the tension, where they differ from 1.
+    fn of_tension(&self) -> Option<&Factors> {
+        self.active.as_ref().filter(|factors| **factors != Factors::default())
     }
 
     /// Makes sure that the mesh has the sets that factors name.
@@ -164,8 +140,8 @@ impl Case {
             factors.map(|factors| factors.of_cells(key, positive, &body, &self.source)).transpose()
         };
         let stiffness = of(STIFFNESS, true, self.stiffness.as_ref())?;
-        let tension = of(ACTIVE, false, self.active.factors())?;
-        let tension = match (self.active.contracts(), &stiffness, tension) {
+        let tension = of(ACTIVE, false, self.of_tension())?;
+        let tension = match (self.active.is_some(), &stiffness, tension) {
             (false, _, _) | (true, None, None) => None,
             (true, None, Some(tension)) => Some(tension),
             // The stiffness multiplies the whole energy, so the tension is divided by it.
@@ -186,24 +162,27 @@ impl Case {
     }
 }
 
-/// `true`, `false`, or a table of factors.
-impl<'de> Deserialize<'de> for Active {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Either;
-        impl<'de> Visitor<'de> for Either {
-            type Value = Active;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str(
-                    "true, false, or a table { field = \"…\" }, { nodes = \"…\", factor = … } or { cells = \"…\", factor = … }",
-                )
-            }
-            fn visit_bool<E>(self, contracts: bool) -> Result<Active, E> {
-                Ok(if contracts { Active::Everywhere } else { Active::No })
-            }
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Active, A::Error> {
-                Factors::deserialize(MapAccessDeserializer::new(map)).map(Active::Where)
+/// Contraction: `true` everywhere alike, which are factors by default, `false`, or a table of factors of the tension.
+pub(super) fn active<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<Factors>, D::Error> {
+    struct Either;
+    impl<'de> Visitor<'de> for Either {
+        type Value = Option<Factors>;
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str(
+                "true, false, or a table { field = \"…\" }, { nodes = \"…\", factor = … } or { cells = \"…\", factor = … }",
+            )
+        }
+        fn visit_bool<E>(self, contracts: bool) -> Result<Self::Value, E> {
+            Ok(contracts.then(Factors::default))
+        }
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+            match Factors::deserialize(MapAccessDeserializer::new(map))? {
+                none if none == Factors::default() => Err(Error::custom(INCOMPLETE)),
+                factors => Ok(Some(factors)),
             }
         }
-        deserializer.deserialize_any(Either)
     }
+    deserializer.deserialize_any(Either)
 }

@@ -93,7 +93,7 @@ impl Case {
         law: &NamedLaw,
     ) -> impl Iterator<Item = (&'static str, &'static str)> + use<> {
         let passive = law.parameters.iter().copied().zip(law.units.iter().copied());
-        passive.chain(self.active.contracts().then_some((TENSION, "kPa")))
+        passive.chain(self.active.is_some().then_some((TENSION, "kPa")))
     }
 
     /// θ: the law's parameters in its order, then those of the loads.
