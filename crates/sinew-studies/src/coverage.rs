@@ -182,10 +182,7 @@ fn unseen(options: &Options, shapes: Shapes) -> Result<Vec<Outcome>> {
                 answers.push(Answer { theta: &theta[case], displacement: field, estimate, truth });
             }
             let outcome = Outcome::of((shapes.name(), &body), predictor, &answers)?;
-            match sums.iter_mut().find(|sum| sum.predictor == predictor) {
-                Some(sum) => sum.add(&outcome),
-                None => sums.push(outcome),
-            }
+            add(&mut sums, outcome);
             Ok(())
         };
         for steps in STEPS {
@@ -230,15 +227,20 @@ fn table(outcomes: &[Outcome]) -> String {
     for outcome in outcomes {
         let _ = writeln!(text, "{}", row(outcome));
         all.add(outcome);
-        match sums.iter_mut().find(|sum| sum.predictor == outcome.predictor) {
-            Some(sum) => sum.add(outcome),
-            None => sums.push(Outcome { body: "all".into(), ..outcome.clone() }),
-        }
+        add(&mut sums, Outcome { body: "all".into(), ..outcome.clone() });
     }
     for sum in sums.iter().chain([&all]) {
         let _ = writeln!(text, "{}", row(sum));
     }
     text
+}
+
+/// Adds an outcome to the sum of its predictor.
+fn add(sums: &mut Vec<Outcome>, outcome: Outcome) {
+    match sums.iter_mut().find(|sum| sum.predictor == outcome.predictor) {
+        Some(sum) => sum.add(&outcome),
+        None => sums.push(outcome),
+    }
 }
 
 fn row(outcome: &Outcome) -> String {

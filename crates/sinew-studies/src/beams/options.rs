@@ -1,6 +1,5 @@
 //! Command line.
 
-use crate::beams::scenes::{BEAMS, Beam};
 use clap::{Parser, ValueEnum};
 use serde::{Deserialize, Serialize};
 use sinew_gnn::Backend;
@@ -11,9 +10,9 @@ use std::path::PathBuf;
 #[derive(Parser, Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[command(name = "cargo xtask reproduce-beam", version, max_term_width = 110)]
 pub struct BeamOptions {
-    /// Beam
-    #[arg(long, value_enum, default_value_t = SceneChoice::Both)]
-    pub(crate) scene: SceneChoice,
+    /// Beam [default: both]
+    #[arg(long, value_parser = ["once", "twice"])]
+    pub(crate) scene: Option<String>,
     /// Emulators to train, separated by commas
     #[arg(long, value_enum, value_delimiter = ',', default_value = "dd,pi")]
     pub method: Vec<Method>,
@@ -33,29 +32,6 @@ pub struct BeamOptions {
     #[arg(long)]
     #[serde(skip)]
     pub resume: bool,
-}
-
-/// The two beams.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum SceneChoice {
-    /// Clamped at one end
-    Once,
-    /// Clamped at both ends
-    Twice,
-    /// One after the other
-    Both,
-}
-
-impl SceneChoice {
-    /// The chosen beams, in the order of the run.
-    pub(crate) fn beams(self) -> &'static [Beam] {
-        match self {
-            SceneChoice::Once => &BEAMS[..1],
-            SceneChoice::Twice => &BEAMS[1..],
-            SceneChoice::Both => &BEAMS,
-        }
-    }
 }
 
 /// An emulator that can be chosen.

@@ -37,7 +37,8 @@ pub fn reproduce_beam(options: &BeamOptions) -> Result<PathBuf> {
     growing.report.definitions = program::definitions(DEFINITIONS);
     let mut lines = String::new();
     let mut page = options.out.join("report.html");
-    for beam in options.scene.beams() {
+    let wanted = |beam: &&Beam| options.scene.as_ref().is_none_or(|name| name == beam.name);
+    for beam in BEAMS.iter().filter(wanted) {
         let (section, note) = run_scene(options, beam, &mut lines)?;
         growing.report.notes.push(note);
         page = growing.add(section, &options.out)?;

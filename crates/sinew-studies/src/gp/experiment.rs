@@ -1,10 +1,9 @@
 //! An experiment: cases, each run on several data sets.
 
-use crate::gp::row::{Label, Method, Row, Run, Truth};
+use crate::gp::row::{Label, Method, Run, Truth};
 use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sinew_report::Figure;
 
 /// Extent of an experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,11 +115,4 @@ pub struct Experiment {
     pub about: &'static str,
     /// The cases.
     pub cases: Vec<Case>,
-    /// Drawings made from the rows; those of single runs come with the runs.
-    pub figures: fn(&[Row]) -> Vec<Figure>,
-}
-
-/// No drawings beside those of the runs.
-pub(crate) fn no_figures(_: &[Row]) -> Vec<Figure> {
-    Vec::new()
 }

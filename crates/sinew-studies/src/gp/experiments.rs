@@ -8,10 +8,12 @@ mod poisson_2;
 mod rivals;
 
 use crate::gp::experiment::{Experiment, Scale};
+use crate::gp::row::Row;
 use crate::program;
 use anyhow::Result;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
+use sinew_report::Figure;
 
 /// Names of the experiments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -80,5 +82,10 @@ impl Name {
             Self::AllenCahn => allen_cahn::experiment(scale)?,
             Self::Rivals => rivals::experiment(scale)?,
         })
+    }
+
+    /// Drawing of the rows, where there is one beside those of single runs.
+    pub(crate) fn figure(self, rows: &[Row]) -> Option<Figure> {
+        (self == Self::AdvectionDiffusion).then(|| noisy::more_data(rows))
     }
 }

@@ -186,7 +186,7 @@ fn gather(
             None => notes.push(format!("{}: no result. {reason}", what.trim_end())),
         }
     }
-    figures.extend((experiment.figures)(&rows));
+    figures.extend(name.figure(&rows));
     if rows.is_empty() {
         return Ok(None);
     }

@@ -1,6 +1,6 @@
 //! A thin travelling front: a nonlinear equation, forward and inverse, beyond the thesis' linear ones.
 
-use crate::gp::experiment::{Case, Experiment, Purpose, Scale, Task, no_figures};
+use crate::gp::experiment::{Case, Experiment, Purpose, Scale, Task};
 use crate::gp::inference::{Approach, Drawings, Inference, Observed};
 use crate::gp::problems::{Setting, allen_cahn};
 use crate::gp::row::{Covered, Run};
@@ -46,7 +46,6 @@ pub(super) fn experiment(scale: Scale) -> Result<Experiment> {
                 from 40 values with errors of 2.5 % where the front passes late and 50 collocation points on the \
                 stretched axis. Intervals and bands are those the fit answers with.",
         cases,
-        figures: no_figures,
     })
 }
 

@@ -1,7 +1,7 @@
 //! Linear problems from noisy values (§4.8.2 to §4.8.5): heat, waves, advection and diffusion, Helmholtz.
 
 use crate::gp::draw;
-use crate::gp::experiment::{Case, Experiment, Scale, no_figures};
+use crate::gp::experiment::{Case, Experiment, Scale};
 use crate::gp::floor;
 use crate::gp::inference::{Approach, Error, Inference, NOISE, Sampling, approaches};
 use crate::gp::problems::{self, Setting};
@@ -19,7 +19,6 @@ pub(super) fn heat_1(scale: Scale) -> Result<Experiment> {
         about: "25 values with 2.5 % noise, 25 collocation points. The corners alone fix θ here, so this is \
                 hardly a test of inference.",
         cases: approaches(&setting, sampling, 90, scale),
-        figures: no_figures,
     })
 }
 
@@ -34,7 +33,6 @@ pub(super) fn heat_2(scale: Scale) -> Result<Experiment> {
         about: "50 values with 2.5 % noise, 50 collocation points. The thesis removed by hand all restarts of \
                 the PCGP that ended in the trivial solution; here nothing is removed.",
         cases,
-        figures: no_figures,
     })
 }
 
@@ -65,7 +63,6 @@ pub(super) fn wave_1(scale: Scale) -> Result<Experiment> {
                 for one value) unless rows say joint, which the thesis maximises: that one is unbounded here. The library's hyperpriors of amplitudes \
                 and lengthscales keep HCGPs from it, UCGPs not always.",
         cases,
-        figures: no_figures,
     })
 }
 
@@ -78,7 +75,6 @@ pub(super) fn wave_2(scale: Scale) -> Result<Experiment> {
                 at t = ½, which the printed solution satisfies. The PCGP observes that jumps between the ends are \
                 zero. Joint evidence and unit information as for Wave-BVP-1.",
         cases: waves(&setting, scale),
-        figures: no_figures,
     })
 }
 
@@ -110,20 +106,20 @@ pub(super) fn advection_diffusion(scale: Scale) -> Result<Experiment> {
         about: "As many values with 2.5 % noise as collocation points; θ = (0.05, 0.025). The thesis prints numbers \
                 for 10 + 10 only (0.252 there is read as 0.0252).",
         cases,
-        figures,
     })
 }
 
-fn figures(rows: &[Row]) -> Vec<Figure> {
+/// Errors over the number of data.
+pub(super) fn more_data(rows: &[Row]) -> Figure {
     let charts = [
         draw::sweep(["solution", "mean |u − û|"], rows, |row| Some(row.err_u())),
         draw::sweep(["parameters", "‖θ − θ̂‖"], rows, Row::err_theta),
     ];
-    vec![Figure {
+    Figure {
         title: "More data (Fig. 4.10 c, d)".into(),
         caption: "Medians over the data sets, and their range.".into(),
         panels: charts.map(Panel::Chart).into(),
-    }]
+    }
 }
 
 /// Ten noisy values each of u and f; ten pseudo-observations of the PCGP on each edge.
@@ -134,6 +130,5 @@ pub(super) fn helmholtz(scale: Scale) -> Result<Experiment> {
         title: "Helmholtz (§4.8.5, Fig. 4.11)",
         about: "Ten values each of u and f with a standard error of 0.01, which the model knows.",
         cases: approaches(&setting, sampling, 40, scale),
-        figures: no_figures,
     })
 }

@@ -4,7 +4,7 @@
 
 use crate::gp::deep::{Jet, WEIGHTS, adam, backward, forward, random_weights};
 use crate::gp::draw;
-use crate::gp::experiment::{Case, Experiment, Purpose, Scale, Task, no_figures};
+use crate::gp::experiment::{Case, Experiment, Purpose, Scale, Task};
 use crate::gp::row::{Method, Run};
 use anyhow::Result;
 use sinew_gp::{Domain, Functional, Operator};
@@ -90,7 +90,6 @@ pub(super) fn experiment(scale: Scale) -> Experiment {
         about: "Two hidden layers of 16 tanh units times x(1 − x), Adam. The energy has the factor ½ that the thesis \
                 leaves out of (1.19), without which its minimum is 2u.",
         cases: cases.map(case).into(),
-        figures: no_figures,
     }
 }
 

@@ -2,7 +2,7 @@
 //! collocation points.
 
 use crate::gp::draw;
-use crate::gp::experiment::{Case, Experiment, Purpose, Scale, Task, derived, no_figures};
+use crate::gp::experiment::{Case, Experiment, Purpose, Scale, Task, derived};
 use crate::gp::hcnn::Network;
 use crate::gp::inference::{Approach, Inference, Observed};
 use crate::gp::problems::{self, Setting};
@@ -32,7 +32,6 @@ pub(super) fn experiment(scale: Scale) -> Result<Experiment> {
         about: "u(0) = u′(0) = 0 and u′(2) = u(2), f = −2 (the thesis prints 2), at equidistant points. The network \
                 has one hidden layer of 16 tanh units; of four restarts the one with the least loss is taken.",
         cases,
-        figures: no_figures,
     })
 }
 

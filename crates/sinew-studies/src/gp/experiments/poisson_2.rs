@@ -1,6 +1,6 @@
 //! Poisson-BVP-2 (§4.8.1): a domain that is not a box.
 
-use crate::gp::experiment::{Experiment, Purpose, Scale, Task, no_figures};
+use crate::gp::experiment::{Experiment, Purpose, Scale, Task};
 use crate::gp::inference::{Approach, Inference, Observed};
 use crate::gp::pentagon::{Pentagon, corners};
 use crate::gp::problems::Setting;
@@ -32,6 +32,5 @@ pub(super) fn experiment(scale: Scale) -> Result<Experiment> {
                 sum of harmonic functions whose error is below 1e-8 everywhere; the thesis' is a finite-element \
                 solution.",
         cases: vec![inference.case().at(format!("N_f = {count}"))],
-        figures: no_figures,
     })
 }

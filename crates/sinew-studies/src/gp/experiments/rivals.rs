@@ -1,6 +1,6 @@
 //! A fit as it comes beside a solver for the same equation and least squares, on the same data.
 
-use crate::gp::experiment::{Experiment, Scale, no_figures};
+use crate::gp::experiment::{Experiment, Scale};
 use crate::gp::floor::{self, Family};
 use crate::gp::inference::{Approach, Inference, NOISE, Sampling};
 use crate::gp::lines;
@@ -30,6 +30,5 @@ pub(super) fn experiment(scale: Scale) -> Result<Experiment> {
                 seconds are those of both. The rival solves the equation by finite differences along x and the trapezoidal rule in \
                 time, knows its load and conditions everywhere, and takes parameters by least squares, with intervals by Student's t.",
         cases,
-        figures: no_figures,
     })
 }
