@@ -14,19 +14,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Makes a mesh of the cells with `N` nodes.
 pub(crate) fn to_mesh<const N: usize>(mut grid: MixedMesh) -> Result<(Mesh<N>, ReadReport), Fault> {
-    let cells_at = grid.cells_at;
-    grid.rename_equal_cells();
-    check_grid(&grid)?;
-    let ghosts = grid.ghosts();
-    let [coincident_nodes, merged_nodes, near_nodes] = grid.coincident(&ghosts);
-    let hidden = ghosts.iter().filter(|&&ghost| ghost).count();
-    if hidden > 0 {
-        grid.left_out.push(counted(hidden, "ghost or hidden cell"));
-    }
-    let parts = parts(&grid, &ghosts, Mesh::<N>::ELEMENT);
-    let parts = parts.map_err(|problem| (cells_at, problem))?;
-    let nodes = parts.cells.iter().flat_map(|&index| grid.nodes(index));
-    let nodes: Vec<usize> = nodes.collect();
+    let (parts, mut report) = examined(&mut grid, Mesh::<N>::ELEMENT)?;
+    let nodes: Vec<usize> = parts.cells.iter().flat_map(|&index| grid.nodes(index)).collect();
     let pick = |(name, field): (&String, &Field)| (name.clone(), field.select(&parts.cells));
     let mut mesh = Mesh::<N> {
         points: std::mem::take(&mut grid.points),
@@ -35,11 +24,29 @@ pub(crate) fn to_mesh<const N: usize>(mut grid: MixedMesh) -> Result<(Mesh<N>, R
         cell_fields: grid.cell_fields.iter().map(pick).collect(),
         ..Mesh::default()
     };
-    let matched = match_facets(&grid, &parts, mesh.cell_list());
-    let unmatched = matched.values().filter(|facet| facet.is_none()).count();
-    let mut report = ReadReport {
-        matched_facets: matched.len() - unmatched,
-        unmatched_facets: unmatched,
+    mesh.facet_sets = facet_sets(&grid, &parts, mesh.cell_list(), &mut report);
+    [mesh.cell_sets, mesh.node_sets] = sets(&grid, &parts, mesh.cell_list(), &mesh.facet_sets);
+    let in_cells = |defect: Defect| (grid.cells_at, Problem::from(defect));
+    sets_from_fields(&mut mesh).map_err(in_cells)?;
+    report.unused_nodes = remove_unused_nodes(&mut mesh) - report.merged_nodes;
+    report.repaired_cells = repair_orientation(&mut mesh);
+    mesh.check_shapes().map_err(in_cells)?;
+    Ok((mesh, report))
+}
+
+/// Cells of the grid by their part in the mesh, and the first half of the report; nodes at the same place are merged where that is
+/// wanted.
+fn examined(grid: &mut MixedMesh, element: &Element) -> Result<(Parts, ReadReport), Fault> {
+    grid.rename_equal_cells();
+    check_grid(grid)?;
+    let ghosts = grid.ghosts();
+    let [coincident_nodes, merged_nodes, near_nodes] = grid.coincident(&ghosts);
+    let hidden = ghosts.iter().filter(|&&ghost| ghost).count();
+    if hidden > 0 {
+        grid.left_out.push(counted(hidden, "ghost or hidden cell"));
+    }
+    let parts = parts(grid, &ghosts, element).map_err(|problem| (grid.cells_at, problem))?;
+    let report = ReadReport {
         dropped_cells: parts.lower.len(),
         coincident_nodes,
         merged_nodes,
@@ -48,34 +55,52 @@ pub(crate) fn to_mesh<const N: usize>(mut grid: MixedMesh) -> Result<(Mesh<N>, R
         in_micrometres: grid.in_micrometres,
         ..ReadReport::default()
     };
-    for (name, facets) in named_facets(&grid, &parts, &matched, &mut report.left_out) {
+    Ok((parts, report))
+}
+
+/// Facets of the cells by name; the report counts those of the grid that are of a cell, and those that are of none.
+fn facet_sets(
+    grid: &MixedMesh,
+    parts: &Parts,
+    cells: Cells<'_>,
+    report: &mut ReadReport,
+) -> BTreeMap<String, Vec<Facet>> {
+    let matched = match_facets(grid, parts, cells);
+    report.unmatched_facets = matched.values().filter(|facet| facet.is_none()).count();
+    report.matched_facets = matched.len() - report.unmatched_facets;
+    let mut sets = BTreeMap::new();
+    for (name, facets) in named_facets(grid, parts, &matched, &mut report.left_out) {
         let lacking = facets.iter().filter(|facet| facet.is_none()).count();
         if lacking > 0 {
             report.incomplete_sets.insert(name.clone(), lacking);
         }
-        let facets = ascending(facets.into_iter().flatten());
-        if !facets.is_empty() {
-            mesh.facet_sets.insert(name, facets);
-        }
+        sets.insert(name, ascending(facets.into_iter().flatten()));
     }
+    sets.retain(|_, facets| !facets.is_empty());
+    sets
+}
+
+/// Named sets of cells and of nodes: a group becomes one or both. The nodes of a curve join those of the facets of its name.
+fn sets(
+    grid: &MixedMesh,
+    parts: &Parts,
+    cells: Cells<'_>,
+    facet_sets: &BTreeMap<String, Vec<Facet>>,
+) -> [BTreeMap<String, Vec<usize>>; 2] {
+    let (mut of_cells, mut of_nodes) = (BTreeMap::new(), grid.node_sets.clone());
     for (name, members) in &grid.groups {
-        let [cells, nodes] = of_group(&grid, &parts, members);
-        if !cells.is_empty() {
-            mesh.cell_sets.insert(name.clone(), cells);
-        }
-        if !nodes.is_empty() {
-            // The nodes of a curve join those of the facets of its name.
-            let facets = mesh.facet_sets.get(name).into_iter().flatten();
-            let nodes = nodes.into_iter().chain(mesh.cell_list().of_facets(facets));
-            mesh.node_sets.insert(name.clone(), ascending(nodes));
+        let own = members.iter().filter_map(|index| parts.cells.binary_search(index).ok());
+        of_cells.insert(name.clone(), ascending(own));
+        let lower = members.iter().filter(|index| parts.lower.binary_search(index).is_ok());
+        let nodes: Vec<usize> = lower.flat_map(|&index| grid.nodes(index)).collect();
+        if !nodes.is_empty() && !of_nodes.contains_key(name) {
+            let facets = facet_sets.get(name).into_iter().flatten();
+            let nodes = nodes.into_iter().chain(cells.of_facets(facets));
+            of_nodes.insert(name.clone(), ascending(nodes));
         }
     }
-    mesh.node_sets.extend(grid.node_sets);
-    sets_from_fields(&mut mesh).map_err(|defect| (cells_at, defect.into()))?;
-    report.unused_nodes = remove_unused_nodes(&mut mesh) - merged_nodes;
-    report.repaired_cells = repair_orientation(&mut mesh);
-    mesh.check_shapes().map_err(|defect| (cells_at, defect.into()))?;
-    Ok((mesh, report))
+    of_cells.retain(|_, set| !set.is_empty());
+    [of_cells, of_nodes]
 }
 
 fn check_grid(grid: &MixedMesh) -> Result<(), Fault> {
@@ -208,13 +233,6 @@ fn named_facets(
         named.entry(name.clone()).or_default().extend(sides.iter().map(of));
     }
     named
-}
-
-/// Cells of the mesh in a group of the grid, and nodes of its cells of lower dimension.
-fn of_group(grid: &MixedMesh, parts: &Parts, members: &[usize]) -> [Vec<usize>; 2] {
-    let cells = members.iter().filter_map(|index| parts.cells.binary_search(index).ok());
-    let lower = members.iter().filter(|index| parts.lower.binary_search(index).is_ok());
-    [ascending(cells), lower.flat_map(|&index| grid.nodes(index)).collect()]
 }
 
 /// Changes of a reader that made a mesh out of a file.

@@ -227,10 +227,8 @@ impl Model {
     fn read_set(&mut self, block: &Block<'_>) -> Result<()> {
         let of_nodes = block.keyword == "NSET";
         block.allow(&["NSET", "ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED"])?;
-        let name = match of_nodes {
-            true => block.required("NSET", "NSET=… with the name of the set")?,
-            false => block.required("ELSET", "ELSET=… with the name of the set")?,
-        };
+        let expected = "NSET=… or ELSET=… with the name of the set";
+        let name = block.required(&block.keyword, expected)?;
         let is_other =
             |other: &Name| self.nodes.instance.as_ref().is_none_or(|name| name.key != other.key);
         if let Some(other) = block.name("INSTANCE").filter(is_other) {
