@@ -1,7 +1,7 @@
 //! A polynomial in the parameters through simulations.
 
 use crate::coordinates::principal::NO_DIRECTIONS;
-use crate::coordinates::{CoordinateError, Number, Result, require_count};
+use crate::coordinates::{Number, Result, require_count};
 use nalgebra::{DMatrix, DVector};
 use sinew_num::Slope;
 
@@ -88,7 +88,7 @@ impl Polynomial {
         let orders = [0, count, all_terms(count)].into_iter().filter(|n| n + 1 < values.nrows());
         let fits = orders.filter_map(|order| Self::of_order(values, &rows, order));
         let best = fits.min_by(|(a, _), (b, _)| a.total_cmp(b));
-        Ok(best.ok_or(CoordinateError::None(NO_DIRECTIONS))?.1)
+        Ok(best.ok_or(NO_DIRECTIONS)?.1)
     }
 
     /// Leave-one-out sum of squares and the polynomial; `None` if the parameters do not determine all terms.

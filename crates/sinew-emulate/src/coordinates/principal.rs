@@ -68,12 +68,8 @@ impl Factor {
 /// Directions in which simulations vary less than this part of the largest variation are left out: single
 /// precision holds no more.
 const SMALLEST_DEVIATION: f64 = 1e-7;
-pub(crate) const NO_DIRECTIONS: &str = "directions need two simulations that differ";
-
-/// [`principal`], or the refusal of simulations without directions.
-fn directions(matrix: &DMatrix<f64>) -> Result<(DMatrix<f64>, DVector<f64>)> {
-    principal(matrix).ok_or(CoordinateError::None(NO_DIRECTIONS))
-}
+pub(crate) const NO_DIRECTIONS: CoordinateError =
+    CoordinateError::None("directions need two simulations that differ");
 
 impl PrincipalDirections {
     /// Coordinates about simulated displacements, with the map `U (s/s₁)^p s₁ Uᵀ` of their principal directions U and deviations s, the
@@ -93,7 +89,7 @@ impl PrincipalDirections {
     ) -> Result<Self> {
         let fields: Vec<&[f64]> = fields.into_iter().collect();
         let (count, size) = (fields.len(), fields.first().map_or(0, |field| field.len()));
-        ensure(count >= 2 && size > 0, CoordinateError::None(NO_DIRECTIONS))?;
+        ensure(count >= 2 && size > 0, NO_DIRECTIONS)?;
         for field in &fields {
             require_count("values of a simulated displacement", field.len(), size)?;
             require_finite("a simulated displacement", field)?;
@@ -107,14 +103,14 @@ impl PrincipalDirections {
         let mean = |i: usize| fields.iter().map(|field| field[i]).sum::<f64>() / count as f64;
         let mean: Vec<f64> = (0..size).map(mean).collect();
         let spread = DMatrix::from_fn(size, count, |i, j| fields[j][i] - mean[i]);
-        let (modes, deviations) = directions(&spread)?;
-        ensure(deviations[0] != 0.0, CoordinateError::None(NO_DIRECTIONS))?;
+        let (modes, deviations) = principal(&spread).ok_or(NO_DIRECTIONS)?;
+        ensure(deviations[0] != 0.0, NO_DIRECTIONS)?;
         // All that follows happens in the space of the simulations.
         let floor = SMALLEST_DEVIATION * deviations[0];
         let kept = deviations.iter().take_while(|&&deviation| deviation > floor).count();
         let modes = modes.columns(0, kept).into_owned();
         let polynomial = Polynomial::fit(&modes.tr_mul(&spread).transpose(), parameters)?;
-        let (turn, left) = directions(&polynomial.residual.transpose())?;
+        let (turn, left) = principal(&polynomial.residual.transpose()).ok_or(NO_DIRECTIONS)?;
         let start = &modes * &polynomial.constant;
         let modes = modes * &turn;
         let root = (count as f64).sqrt();
