@@ -309,37 +309,43 @@ impl Body {
         law: impl Fn(usize, &Mat3<f64>) -> Option<(f64, Mat3<f64>)> + Sync,
         forces: &mut [f64],
     ) -> Option<f64> {
+        let (energy, stresses) = self.stresses(displacement, law)?;
+        stresses.for_each(|(point, stress)| self.add_forces(point, &stress, forces));
+        Some(energy)
+    }
+
+    /// Integral of energy densities [stress·length³], and the points with the first Piola–Kirchhoff stresses that are conjugate to H; `law` as for
+    /// [`Body::add_stress_forces`].
+    pub fn stresses(
+        &self,
+        displacement: &[f64],
+        law: impl Fn(usize, &Mat3<f64>) -> Option<(f64, Mat3<f64>)> + Sync,
+    ) -> Option<(f64, impl Iterator<Item = (usize, Mat3<f64>)>)> {
         let share = |parts: Range<usize>| {
             let (mut total, mut stresses) = (0.0, Vec::with_capacity(parts.len()));
-            let mut add = |stresses: &mut Vec<_>, point: usize, h: &Mat3<f64>| {
+            let mut stress = |point: usize, h: &Mat3<f64>| {
                 let (energy, stress) = law(point, h)?;
                 total += self.volumes[point] * energy;
-                stresses.push(stress);
-                Some(())
+                Some(stress)
             };
             for part in parts {
                 let Some(patch) = self.patches.get(part) else {
                     let h = self.displacement_gradient(part, displacement);
-                    add(&mut stresses, part, &h)?;
+                    stresses.push((part, stress(part, &h)?));
                     continue;
                 };
-                let (kinematics, first) =
-                    (self.patch_kinematics(patch, displacement)?, stresses.len());
-                for (&point, h) in patch.iter().zip(&kinematics.scaled) {
-                    add(&mut stresses, point, h)?;
-                }
+                let kinematics = self.patch_kinematics(patch, displacement)?;
+                let points = patch.iter().zip(&kinematics.scaled);
+                let own = points.map(|(&point, h)| stress(point, h));
+                let mut own: Vec<_> = own.collect::<Option<_>>()?;
                 let volumes: Vec<_> = patch.iter().map(|&point| self.volumes[point]).collect();
-                kinematics.work_conjugate(&volumes, &mut stresses[first..]);
+                kinematics.work_conjugate(&volumes, &mut own);
+                stresses.extend(patch.iter().copied().zip(own));
             }
             Some((total, stresses))
         };
         let (totals, stresses): (Vec<f64>, Vec<_>) = self.shares(share)?.into_iter().unzip();
-        let alone = if self.patches.is_empty() { self.volumes.len() } else { 0 };
-        let points = (0..alone).chain(self.patches.iter().flatten().copied());
-        for (point, stress) in points.zip(stresses.iter().flatten()) {
-            self.add_forces(point, stress, forces);
-        }
-        Some(sum(&totals))
+        Some((sum(&totals), stresses.into_iter().flatten()))
     }
 
     /// Values of all shares of the points, or of the patches if there are any, on all threads where they are many; `None` where one is.

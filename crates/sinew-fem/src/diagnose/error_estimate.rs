@@ -5,7 +5,7 @@
 //! nearby and the steps converge to it (Newton–Kantorovich theorem; P. Deuflhard, Newton Methods for Nonlinear
 //! Problems, 2011, chapter 2).
 
-use crate::linear::{add, difference, dot, norm, relative};
+use crate::linear::{add, difference, dot, relative};
 use crate::solve::energy_at_rest;
 use crate::{NewtonStep, Result, SolveError, Solver};
 use sinew_energy::metrics::mean_and_largest;
@@ -199,8 +199,7 @@ impl Solver<'_> {
         }
         let residual = self.visit(&from, (theta, 1.0), None).map_or(f64::INFINITY, |()| {
             let assembly = &self.system.assembly;
-            let free: Vec<f64> = self.system.sparsity.gather(&assembly.gradient).collect();
-            relative(norm(&free), assembly.force_scale)
+            relative(self.norm_of_free(&assembly.gradient), assembly.force_scale)
         });
         Ok(Err(NotNearEquilibrium::Diverges { steps: estimate.newton_steps, residual }))
     }
@@ -222,14 +221,14 @@ impl Solver<'_> {
         let (mut ratio, mut slowest, mut energy): (f64, f64, f64) = (0.0, 0.0, step.energy_after);
         for _ in 0..SIMPLIFIED {
             energy = self.body().value_and_gradient(&at, theta, &mut gradient);
-            let free: Vec<f64> = self.system.sparsity.gather(&gradient).collect();
-            if norm(&free) <= self.system.assembly.tolerance() {
+            let residual = self.norm_of_free(&gradient);
+            if residual <= self.system.assembly.tolerance() {
                 break;
             }
             let next = self.system.newton_step(&gradient);
             let work = -dot(&gradient, &next);
             let now = [if work < 0.0 { 0.0 } else { work.sqrt() }, mean_and_largest(&next)[0]];
-            let finite = energy.is_finite() && free.iter().chain(&now).all(|x| x.is_finite());
+            let finite = [energy, residual].iter().chain(&now).all(|x| x.is_finite());
             ratio = (now[0] / size[0]).max(now[1] / size[1]);
             slowest = slowest.max(ratio);
             if !finite || ratio > CONTRACTS {

@@ -118,7 +118,7 @@ impl Assembly {
             self.add_matrix(&sparsity.frames, &[spring.node], places, entry);
         }
         self.add_shares(body, sparsity, (state, predicted), &mut rounding);
-        self.floor = f64::EPSILON * rounding.force;
+        self.floor = f64::EPSILON * norm(&rounding.forces);
         self.energy_noise = ENERGY_ROUNDINGS * f64::EPSILON * rounding.energy;
         let held = body.prescribed.iter().enumerate().filter(|(_, p)| p.is_some());
         let reactions = held.map(|(dof, _)| sparsity.frames.component(dof, &self.gradient));
@@ -194,7 +194,7 @@ impl Assembly {
         task.run(of_cells, |share| {
             energies.push(share.energy);
             rounding.energy += share.rounding.energy;
-            rounding.force = rounding.force.hypot(share.rounding.force);
+            rounding.forces.push(norm(&share.rounding.forces));
             least = share.least.filter(|of_share| of_share.0 < least.0).unwrap_or(least);
             convex += share.convex;
             let (parts, size) = (share.parts.clone(), body.nodes_per_cell);

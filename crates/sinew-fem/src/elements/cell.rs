@@ -116,13 +116,13 @@ pub(crate) fn product(a: &Mat3<f64>, b: &Mat3<f64>) -> Mat3<f64> {
     Mat3::from_fn(|i, j| a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j])
 }
 
-/// Sums of the rounding errors in energy and nodal forces.
-#[derive(Clone, Copy, Debug, Default)]
+/// Rounding errors in energy and nodal forces.
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Rounding {
     /// Sum of the magnitudes of the terms of the energy.
     pub energy: f64,
-    /// Root of the sum of the squared forces.
-    pub force: f64,
+    /// Those of the forces, part by part.
+    pub forces: Vec<f64>,
 }
 
 impl Rounding {
@@ -140,7 +140,7 @@ impl Rounding {
         let (slope, strain) = (largest(shape.as_flattened()), largest(h.0.as_flattened()));
         let stiffness = (0..9).map(|i| response.tangent[i][i].abs()).fold(common, f64::max);
         let force = volume * slope * stiffness * (1.0 + slope * motion);
-        self.force = self.force.hypot(force);
+        self.forces.push(force);
         self.energy += volume * stiffness * strain * (1.0 + strain);
     }
 }

@@ -65,33 +65,19 @@ impl Assembly {
 }
 
 /// The stress at each point at a displacement; `None` where a cell is inverted or an energy overflows.
-fn stress_at(body: &Body, displacement: &[f64], theta: &[f64]) -> Option<Vec<Mat3<f64>>> {
+fn stress_at(body: &Body, displacement: &[f64], theta: &[f64]) -> Option<PredictedStress> {
     let parameters = body.law_parameters(theta);
-    let second = |h: &Mat3<f64>, first: &Mat3<f64>| product(&inverse(h), first);
-    let first = |point: usize, h: &Mat3<f64>| {
-        let (energy, stress) = body.material.stress(point, parameters, h, None);
-        energy.is_finite().then_some(stress)
+    let law = |point: usize, h: &Mat3<f64>| {
+        let found = body.material.stress(point, parameters, h, None);
+        found.0.is_finite().then_some(found)
     };
-    if body.patches.is_empty() {
-        let at = |point| {
-            let h = body.displacement_gradient(point, displacement);
-            Some(second(&h, &first(point, &h)?))
-        };
-        return at_points(body.volumes.len(), at).into_iter().collect();
-    }
-    let mut found = vec![Mat3::ZERO; body.volumes.len()];
-    for points in &body.patches {
-        let kinematics = body.patch_kinematics(points, displacement)?;
-        let volumes: Vec<_> = points.iter().map(|&point| body.volumes[point]).collect();
-        let at_points = points.iter().zip(&kinematics.scaled);
-        let mut stresses: Vec<_> =
-            at_points.map(|(&point, h)| first(point, h)).collect::<Option<_>>()?;
-        kinematics.work_conjugate(&volumes, &mut stresses);
-        for ((&point, h), stress) in points.iter().zip(&kinematics.gradients).zip(&stresses) {
-            found[point] = second(h, stress);
-        }
-    }
-    Some(found)
+    let (mut first, (_, stresses)) =
+        (vec![Mat3::ZERO; body.volumes.len()], body.stresses(displacement, law)?);
+    stresses.for_each(|(point, stress)| first[point] = stress);
+    let second = |point: usize| {
+        product(&inverse(&body.displacement_gradient(point, displacement)), &first[point])
+    };
+    Some(at_points(first.len(), second))
 }
 
 /// Points of a body at which K/μ is evaluated: one cell may be a scar.

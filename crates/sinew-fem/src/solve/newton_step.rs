@@ -1,7 +1,7 @@
 //! Single steps of Newton's method from a predicted displacement: its distance to equilibrium and its correction.
 
 use crate::elements::{PredictedStress, check_potential, inadmissible, place};
-use crate::linear::dot;
+use crate::linear::{dot, norm};
 use crate::solve::SUFFICIENT;
 use crate::{Result, SolveError, Solver};
 use std::time::Instant;
@@ -172,7 +172,8 @@ impl Solver<'_> {
         }
     }
 
-    fn norm_of_free(&self, gradient: &[f64]) -> f64 {
-        self.system.sparsity.gather(gradient).map(|g| g * g).sum::<f64>().sqrt()
+    /// Norm of the free components of nodal forces.
+    pub(crate) fn norm_of_free(&self, gradient: &[f64]) -> f64 {
+        norm(&self.system.sparsity.gather(gradient).collect::<Vec<_>>())
     }
 }
