@@ -121,7 +121,7 @@ pub(crate) fn product(a: &Mat3<f64>, b: &Mat3<f64>) -> Mat3<f64> {
 pub(crate) struct Rounding {
     /// Sum of the magnitudes of the terms of the energy.
     pub energy: f64,
-    /// Those of the forces, part by part.
+    /// Rounding errors of the forces, part by part.
     pub forces: Vec<f64>,
 }
 
