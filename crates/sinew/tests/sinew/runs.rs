@@ -197,7 +197,8 @@ fn displacements_on_a_mesh_predict_runs_that_were_held_back() {
     for (values, said) in
         [(positions, "they are positions"), (fields[0].repeat(16), "the same in all")]
     {
-        let arrays = [of_theta.clone(), ("displacements".into(), to_npy(&shape, &values))];
+        let fields = to_npy(&[16, body.nodes, 3], &values);
+        let arrays = [of_theta.clone(), ("displacements".into(), fields)];
         npz::write(&folder.join("wrong.npz"), arrays).unwrap();
         let train = "train --from-fields wrong.npz --mesh bar.vtu --parameters mu,lambda";
         let (code, wrong) = refused(folder, train);
