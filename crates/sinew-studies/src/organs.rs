@@ -5,12 +5,10 @@
 //! `rates` trains beams at several learning rates.
 
 mod cubes;
-pub mod map;
 pub(crate) mod newcomers;
 pub mod options;
 mod parts;
 mod rates;
-pub mod regions;
 pub mod reproduce;
 mod run;
 mod scenes;

@@ -1,14 +1,11 @@
 //! Run of one scene, to its section of the report.
 
-use crate::organs::map::{self, ErrorMap};
 use crate::organs::options::Options;
-use crate::organs::regions::{self, Regions};
 use crate::organs::scenes::Organ;
 use crate::program;
 use crate::published::Published;
 use crate::timing;
 use anyhow::{Result, ensure};
-use serde::{Deserialize, Serialize};
 use sinew::case::{RecipeName, Training};
 use sinew::{Body, Case, Comparison, Emulator, Recipe, TestSet, TrainingOptions};
 use sinew_emulate::{Budget, Terminal, Train, store};
@@ -25,14 +22,6 @@ pub(super) const QUICK: [usize; 3] = [4, 12, 40];
 const QUICK_CELLS: [usize; 3] = [1, 16, 6];
 /// Edges of a stand-in liver in a quick check \[its length\].
 const QUICK_EDGE: f64 = 0.09;
-
-/// Everything measured on a scene.
-#[derive(Serialize, Deserialize)]
-struct Measured {
-    comparison: Comparison,
-    map: Option<ErrorMap>,
-    regions: Option<Regions>,
-}
 
 /// Prepares the folder of a scene: emptied, or checked to hold a run with the same options.
 pub(crate) fn begin(options: &Options, key: &str) -> Result<PathBuf> {
@@ -92,24 +81,19 @@ pub(crate) fn section(options: &Options, organ: &Organ) -> Result<Option<Section
         true => organ.scene.to_string(),
         false => format!("{} (in the place of {})", case.name, organ.scene),
     };
-    let measured = program::kept(&folder.join("comparison.json"), options.resume, || {
+    let comparison = program::kept(&folder.join("comparison.json"), options.resume, || {
         measure(options, organ, &case.body()?, &folder)
     })?;
-    let Measured { comparison, map, regions } = measured;
     println!("{comparison}");
     let thesis = if own { organ.thesis } else { Published::default() };
     let mut section = thesis.section(&comparison, organ.key, &title)?;
     section.blocks.insert(0, Block::Text(format!("{}. {}", case.about, organ.note)));
-    let unit = &comparison.length_unit;
-    section.blocks.extend(map.map(|map| map.block(unit)));
-    section.blocks.extend(regions.into_iter().flat_map(|regions| regions.blocks(unit)));
     Ok(Some(section))
 }
 
-fn measure(options: &Options, organ: &Organ, body: &Body, folder: &Path) -> Result<Measured> {
+fn measure(options: &Options, organ: &Organ, body: &Body, folder: &Path) -> Result<Comparison> {
     let test = test_set(options, body, organ.test, folder)?;
     let mut comparison = Comparison::new(&test)?;
-    let mut emulators = Vec::new();
     for &name in &options.recipe {
         let recipe = recipe(options, organ, name);
         let budget = match name.is_network() {
@@ -118,12 +102,8 @@ fn measure(options: &Options, organ: &Organ, body: &Body, folder: &Path) -> Resu
         };
         let emulator = train(options, body, &recipe, budget, None, &folder.join(recipe.key()))?;
         comparison.add(recipe.key(), &emulator, &test, CORRECTIONS)?;
-        emulators.push((recipe.key(), emulator));
     }
-    let emulators: Vec<_> = emulators.iter().map(|(name, emulator)| (*name, emulator)).collect();
-    let points = if options.quick { 3 } else { map::POINTS };
-    let map = organ.map.then(|| map::map(body, &emulators, points)).transpose()?;
-    Ok(Measured { comparison, map, regions: regions::regions(&test, &emulators)? })
+    Ok(comparison)
 }
 
 /// Trains by a recipe, from the networks in `start` if there are some.

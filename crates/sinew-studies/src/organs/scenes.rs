@@ -21,8 +21,6 @@ pub(crate) struct Organ {
     pub minutes: f64,
     /// Printed figures of the thesis: medians of err_u \[mm\], err_F, err_I1, err_Π and err_V [%], and displacements.
     pub thesis: Published,
-    /// Whether errors are drawn over the plane of its two parameters, beyond their ranges too.
-    pub map: bool,
     /// Notes beside the numbers.
     pub note: &'static str,
 }
@@ -36,7 +34,6 @@ const BASE: Organ = Organ {
     simulations: 100,
     minutes: 10.0,
     thesis: Published { source: "thesis", errors: &[], displacement: None },
-    map: false,
     note: "",
 };
 
@@ -56,7 +53,6 @@ pub(crate) const ORGANS: &[Organ] = &[
         scene: "Liver",
         mesh: Some("liver.vtk"),
         stand_in: Some("IdealLiver"),
-        map: true,
         minutes: 3.0,
         thesis: printed(&[("", [Some(8.8e-3), None, Some(1.9e-2), None, None])], [7.9, 58.5]),
         ..BASE

@@ -35,19 +35,6 @@ fn a_quick_run_reports_every_scene_and_is_resumed() {
         assert!(section.title.contains(&format!("in the place of {of}")), "{}", section.title);
         assert!(section.tables().all(|table| table.verdicts().next().is_none()));
     }
-    let figure = |name: &str| {
-        let blocks = crate::section(&report, name).blocks.iter();
-        let mut figures = blocks.filter_map(|block| match block {
-            sinew_report::Block::Figure(figure) if figure.title == "Errors by region" => {
-                Some(figure)
-            }
-            _ => None,
-        });
-        figures.next()
-    };
-    // Three emulators, two halves of the wall.
-    assert_eq!(figure("ventricle").unwrap().panels.len(), 6);
-    assert!(figure("twisting-cube").is_none());
     let cube = crate::section(&report, "twisting-cube").tables().next().unwrap();
     assert_eq!(
         cube.rows.len(),
@@ -90,52 +77,6 @@ fn names_are_unique() {
     names.sort_unstable();
     names.dedup();
     assert_eq!(names.len(), keys().count());
-}
-
-#[test]
-fn a_map_reaches_beyond_the_trained_box() {
-    let text = r#"
-        law = "neo-hookean"
-        loads = [{ body_force = [0.0, 0.0, -9.8e-3] }]
-        supports = [{ clamped = "x_min" }]
-        mesh.box = { extent = [30.0, 6.0, 6.0], cells = [6, 2, 2] }
-        parameters = { mu = [8.0, 16.0], lambda = [8.0, 16.0] }
-    "#;
-    let body = sinew::Case::parse(text, "bar.toml").unwrap().body().unwrap();
-    let recipe = sinew::recipe::Regression { simulations: 12, most: 12, target: 0.0 };
-    let recipe = sinew::Recipe::from(recipe);
-    let emulator = recipe.train(&body, &Default::default(), &mut ()).unwrap();
-    let map = sinew_studies::organs::map::map(&body, &[("regression", &emulator)], 5).unwrap();
-    let text = serde_json::to_string(&map).unwrap();
-    let sinew_report::Block::Figure(figure) = map.block("mm") else { panic!("a figure") };
-    let [sinew_report::Panel::Map(panel)] = &figure.panels[..] else { panic!("one map") };
-    // Half of a range of an octave beyond each end.
-    assert!((panel.ranges[0][0] - (8.0 / 2f64.sqrt()).log10()).abs() < 1e-12);
-    let error = |row: usize, column: usize| panel.rows[row][column].unwrap();
-    assert!(error(2, 2) < error(0, 0) && error(2, 2) < error(4, 4), "{text}");
-}
-
-#[test]
-fn nodes_of_a_ventricle_know_their_place() {
-    use sinew_studies::organs::regions::places;
-    let read = |name: &str| sinew::Case::read(std::path::Path::new(name)).unwrap().body().unwrap();
-    let body = read("IdealVentricle");
-    let places = places(&body).unwrap();
-    let free = body.free_nodes();
-    let nodes = |set: &str| {
-        let facets = body.mesh.facet_sets()[set].iter();
-        facets.flat_map(|&facet| body.mesh.nodes_of_facet(facet)).filter(|node| free.contains(node))
-    };
-    assert!(nodes("endo").all(|node| places[node].depth == 0.0));
-    assert!(nodes("epi").all(|node| places[node].depth == 1.0));
-    // Base at the top, apex at the bottom, and all the way round.
-    for (place, x) in places.iter().zip(&body.positions) {
-        assert!((place.height + x[2] / 74.0).abs() < 1e-9, "{place:?} at {x:?}");
-        assert!((0.0..=1.0).contains(&place.depth) && (0.0..1.0).contains(&place.turn));
-    }
-    let quarter = |k: f64| places.iter().filter(|p| (p.turn * 4.0).floor() == k).count();
-    assert!((0..4).all(|k| quarter(f64::from(k)) > places.len() / 5));
-    assert!(sinew_studies::organs::regions::places(&read("TwistingCube")).is_none());
 }
 
 #[test]
