@@ -376,7 +376,7 @@ impl Case {
             _ => scene,
         };
         // One load that says so lets all pass, for `check_rims` to name those that do not say so.
-        let loose = self.loads.iter().any(|load| load.rim == Some(Rim::Loose));
+        let loose = self.loads.iter().any(|load| load.is_loose());
         let mut scene = if loose { scene.loose_rims() } else { scene };
         scene.name.clone_from(&self.name);
         scene.material = scene.material.with_directions(self.directions(law, &scene)?);
@@ -413,7 +413,11 @@ impl Case {
     /// Names of the parameters that loads read, each once, as they come.
     fn load_parameters(&self) -> Vec<&str> {
         let mut known = BTreeSet::new();
-        self.loads.iter().filter_map(Load::parameter).filter(|name| known.insert(*name)).collect()
+        self.loads
+            .iter()
+            .filter_map(|load| load.parameter())
+            .filter(|name| known.insert(*name))
+            .collect()
     }
 
     fn lower_loads(&self, mesh: &AnyMesh, law: &NamedLaw) -> Result<Vec<sinew_energy::Load>> {
@@ -453,7 +457,7 @@ impl Case {
             _ => &["mesh"],
         };
         let loose = matches!(error, SceneError::LooseRim(_));
-        let advice = if loose { format!("; to do so, {}", loads::LOOSE) } else { String::new() };
+        let advice = if loose { self.advice_on_rims() } else { String::new() };
         self.source.error(key, format!("{error}{advice}"))
     }
 }

@@ -61,6 +61,11 @@ pub enum Pressure {
 }
 
 impl Load {
+    /// Whether a pressure says that its rim moves freely.
+    pub(super) fn is_loose(&self) -> bool {
+        self.rim == Some(Rim::Loose)
+    }
+
     /// Name of the parameter that it reads.
     pub(super) fn parameter(&self) -> Option<&str> {
         match self.pressure.as_ref().or(self.thesis_pressure.as_ref())? {
@@ -186,13 +191,17 @@ impl Case {
             );
             return Err(self.source.error(&["formulation"], reason));
         }
-        let is_loose = |load: &Load| load.rim == Some(Rim::Loose);
-        let number = self.loads.iter().position(is_loose).unwrap_or_default();
+        let number = self.loads.iter().position(Load::is_loose).unwrap_or_default();
         let reason = format!(
             "a pressure whose rim moves freely has no potential, by which emulators learn and answers are refined; {solve}; for \
              other commands hold the rim, or write rim = \"closed\" for a lid that moves with it"
         );
         Err(self.source.error(&["loads", &number.to_string(), "rim"], reason))
+    }
+
+    /// Advice about a pressure whose rim moves freely, behind an error about it.
+    pub(super) fn advice_on_rims(&self) -> String {
+        format!("; to do so, {LOOSE}")
     }
 
     /// Refuses pressures without a potential whose loads do not say that their rim is loose.
@@ -212,6 +221,5 @@ impl Case {
     }
 }
 
-/// Advice about a pressure whose rim moves freely.
-pub(super) const LOOSE: &str = "write rim = \"closed\" beside the pressure for a lid that moves with it, or rim = \"loose\": the \
-                                body is then solved by a balance of forces, and no emulator is trained on it";
+const LOOSE: &str = "write rim = \"closed\" beside the pressure for a lid that moves with it, or rim = \"loose\": the \
+                     body is then solved by a balance of forces, and no emulator is trained on it";
