@@ -66,11 +66,7 @@ impl Distribution {
         Ok(Self { density, ..found })
     }
 
-    /// Names of the values, in the order of tables.
-    pub(crate) const NAMES: [&str; 8] =
-        ["least", "2.5 %", "25 %", "median", "75 %", "97.5 %", "largest", "mean"];
-
-    /// Values in that order.
+    /// Quantiles ascending, then the mean.
     pub(crate) fn values(&self) -> [f64; 8] {
         let Self { q0, q2_5, q25, q50, q75, q97_5, q100, mean, .. } = *self;
         [q0, q2_5, q25, q50, q75, q97_5, q100, mean]

@@ -1,9 +1,9 @@
-//! Errors beside times, with verdicts, and all quantiles folded below.
+//! Errors beside times, with verdicts.
 
 use super::palette::Palette;
 use crate::format::{count, digits, seconds, trimmed};
 use crate::summary::against;
-use crate::{Column, Row, Table, Value};
+use crate::{Row, Table, Value};
 use maud::{Markup, html};
 
 /// Significant digits of errors, and of what is neither error nor time.
@@ -49,7 +49,6 @@ pub(super) fn table(table: &Table, palette: &Palette) -> Markup {
             tbody { @for row in &table.rows { (self::row(table, row, palette)) } }
         } }
         (references(table))
-        (quantiles(table, palette))
     }
 }
 
@@ -132,30 +131,5 @@ fn references(table: &Table) -> Markup {
         @for reference in references { "for " b { (methods(reference)) } " against " (reference) "; " }
         "the best of every column is marked among rows of the first reference."
         @if let Some(name) = &table.baseline { " Faster and slower: than " (name) "." }
-    } } }
-}
-
-fn quantiles(table: &Table, palette: &Palette) -> Markup {
-    let full = |(number, column): (usize, &Column)| -> Vec<Markup> {
-        let rows = table.rows.iter().filter_map(|row| match &row.errors[number].value {
-            Value::Distribution(found) if !found.density.is_empty() => Some((row, found)),
-            _ => None,
-        });
-        rows.map(|(row, found)| {
-            html! { tr {
-                th scope="row" { (key(row, palette)) }
-                td { (column.head()) }
-                @for value in found.values() { td { (digits(value, 3)) } }
-            } }
-        })
-        .collect()
-    };
-    let rows: Vec<_> = table.errors.iter().enumerate().flat_map(full).collect();
-    html! { @if !rows.is_empty() { details { summary { "All quantiles" }
-        div.scroll tabindex="0" { table {
-            thead { tr { th scope="col" { "method" } th scope="col" { "error" }
-                @for head in crate::Distribution::NAMES { th scope="col" { (head) } } } }
-            tbody { @for row in rows { (row) } }
-        } }
     } } }
 }
