@@ -67,9 +67,13 @@ impl Problem {
         Problem::Expected { expected, found: excerpt(found.as_ref()) }
     }
 
-    /// Refuses a number or name that stood in the file before.
-    pub(super) fn unless_used(used: bool, expected: What, found: impl ToString) -> Result<()> {
-        if used { Err(Self::expected(expected, found.to_string())) } else { Ok(()) }
+    /// Refuses a number or name that stood in the file before, for something else.
+    pub(super) fn unless_used<T>(
+        before: Option<T>,
+        expected: What,
+        found: impl ToString,
+    ) -> Result<()> {
+        before.map_or(Ok(()), |_| Err(Self::expected(expected, found.to_string())))
     }
 
     /// Requires a part of the file.
@@ -266,7 +270,7 @@ impl<'a> Cursor<'a> {
     /// One integer that counts something.
     pub(super) fn count(&mut self, kind: NumberType, what: What) -> Result<usize> {
         let value = self.integer(kind, what)?;
-        let most = i64::MAX;
-        usize::try_from(value).map_err(|_| Problem::Range { what, value, least: 0, most })
+        Problem::require_within(what, value, [0, i64::MAX])?;
+        Ok(value as usize)
     }
 }

@@ -355,7 +355,7 @@ impl Gmsh<'_> {
     /// Adds a node.
     fn node(&mut self, tag: i64, point: [f64; 3]) -> Result<()> {
         let before = self.node_index.insert(tag, self.grid.points.len());
-        Problem::unless_used(before.is_some(), "a node tag that is not used yet", tag)?;
+        Problem::unless_used(before, "a node tag that is not used yet", tag)?;
         self.grid.points.push(point);
         Ok(())
     }

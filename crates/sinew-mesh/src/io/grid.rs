@@ -200,6 +200,11 @@ impl MixedMesh {
         }
     }
 
+    /// Gives the cells their types by VTK's numbers. Unknown ones are refused with their cell's index later.
+    pub(super) fn set_types(&mut self, types: &[i64]) {
+        self.types = types.iter().map(|&kind| u8::try_from(kind).unwrap_or(u8::MAX)).collect();
+    }
+
     /// Adds a cell.
     pub(super) fn push(&mut self, vtk_type: u8, nodes: &[i64]) {
         self.types.push(vtk_type);

@@ -73,11 +73,6 @@ fn read(blocks: &[Block<'_>], bytes: usize) -> Result<MixedMesh> {
     model.finish()
 }
 
-/// Whether a change is one of contact pairs, which takes no cell away.
-fn is_of_contact(kind: &[u8]) -> bool {
-    kind.to_ascii_uppercase().starts_with(b"CONTACT")
-}
-
 /// Gives each block its level. There may be one part, and one instance of it.
 fn set_scopes(blocks: &mut [Block<'_>]) -> Result<()> {
     let has_assembly = blocks.iter().any(|block| block.keyword == "ASSEMBLY");
@@ -86,7 +81,8 @@ fn set_scopes(blocks: &mut [Block<'_>]) -> Result<()> {
     for block in blocks {
         block.place.set(block.at);
         let keyword = block.keyword.as_str();
-        let contact = block.option("TYPE").is_some_and(is_of_contact);
+        // A change of contact pairs takes no cell away.
+        let contact = block.name("TYPE").is_some_and(|kind| kind.key.starts_with("CONTACT"));
         let refused = REFUSED.iter().find(|(keywords, _)| keywords.contains(&keyword));
         if let Some((_, advice)) = refused.filter(|_| !(keyword == "MODEL CHANGE" && contact)) {
             return Err(Problem::unsupported("the keyword", format!("*{keyword}"), advice));
@@ -147,7 +143,7 @@ impl Model {
             *x = real(word)?;
         }
         let before = self.nodes.ids.insert(id, self.grid.points.len());
-        Problem::unless_used(before.is_some(), "the number of a node that is not used yet", id)?;
+        Problem::unless_used(before, "the number of a node that is not used yet", id)?;
         self.grid.points.push(point);
         Ok(())
     }
@@ -184,11 +180,7 @@ impl Model {
         let nodes =
             indices(nodes, "the number of a node that the file has", |id| self.nodes.ids.get(id))?;
         let before = self.elements.ids.insert(id, self.grid.types.len());
-        Problem::unless_used(
-            before.is_some(),
-            "the number of an element that is not used yet",
-            id,
-        )?;
+        Problem::unless_used(before, "the number of an element that is not used yet", id)?;
         self.grid.push(kind.vtk_type, &nodes);
         self.kinds.push(kind);
         Ok(())

@@ -140,7 +140,7 @@ impl Model {
         }
         let before = self.surfaces.insert(name.shown.clone(), surface);
         let expected = "the name of a surface that is not used yet";
-        Problem::unless_used(before.is_some(), expected, name.shown)
+        Problem::unless_used(before, expected, name.shown)
     }
 
     /// The grid with all sets and surfaces.

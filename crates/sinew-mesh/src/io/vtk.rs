@@ -129,15 +129,12 @@ impl Reader<'_> {
         let (mut ends, mut nodes) = (Vec::new(), Vec::with_capacity(list.len()));
         let mut rest = list.as_slice();
         while let [length, tail @ ..] = rest {
-            let cell = usize::try_from(*length).ok().and_then(|length| tail.get(..length));
-            let Some(cell) = cell else {
-                let most = tail.len() as i64;
-                let (what, value) = ("the number of nodes of a cell", *length);
-                return Err(Problem::Range { what, value, least: 0, most });
-            };
+            let bounds = [0, tail.len() as i64];
+            Problem::require_within("the number of nodes of a cell", *length, bounds)?;
+            let (cell, others) = tail.split_at(*length as usize);
             nodes.extend_from_slice(cell);
             ends.push(nodes.len());
-            rest = &tail[cell.len()..];
+            rest = others;
         }
         Problem::require_count("cells in the cell list", count, ends.len())?;
         Ok(CellList { ends, nodes, at })
@@ -164,8 +161,7 @@ impl Reader<'_> {
         let count: usize = self.cursor.parse("the number of cell types")?;
         self.cursor.line();
         let types = self.cursor.integers(NumberType::I32, count, "cell types")?;
-        // Unknown types are refused with their cell's index later.
-        self.grid.types = types.iter().map(|&t| u8::try_from(t).unwrap_or(u8::MAX)).collect();
+        self.grid.set_types(&types);
         Ok(())
     }
 
@@ -238,26 +234,17 @@ impl Reader<'_> {
         self.cursor.text("the name of the lookup table")?;
         let size: usize = self.cursor.parse("the size of the lookup table")?;
         self.cursor.line();
-        self.cursor.numbers(self.kind_of_colours(), size.saturating_mul(4), "colours")?;
-        Ok(())
-    }
-
-    fn kind_of_colours(&self) -> NumberType {
-        match self.cursor.encoding {
-            Encoding::Text => NumberType::F64,
-            _ => NumberType::U8,
-        }
+        self.values(Values::Colours, size.saturating_mul(4)).map(drop)
     }
 
     /// Values of an array; none of text and bits, which are passed over.
     fn values(&mut self, kind: Values, count: usize) -> Result<Option<FieldValues>> {
         const WHAT: &str = "values of a field";
         let binary = self.cursor.encoding != Encoding::Text;
+        let of_colours = if binary { NumberType::U8 } else { NumberType::F64 };
         match kind {
             Values::Numbers(kind) => return self.cursor.numbers(kind, count, WHAT).map(Some),
-            Values::Colours => {
-                return self.cursor.numbers(self.kind_of_colours(), count, WHAT).map(Some);
-            }
+            Values::Colours => return self.cursor.numbers(of_colours, count, WHAT).map(Some),
             Values::Bits if binary => drop(self.cursor.take(count.div_ceil(8), WHAT)?),
             Values::Bits => drop(self.cursor.numbers(NumberType::U8, count, WHAT)?),
             Values::Text if binary => {
@@ -336,16 +323,13 @@ fn attribute_components(keyword: &[u8]) -> Option<usize> {
 
 /// Offsets ascend from 0 to the length of the connectivity.
 pub(crate) fn checked_ends(offsets: &[i64], nodes: usize) -> Result<Vec<usize>> {
-    let what = "an offset of a cell";
     let most = nodes as i64;
-    let (first, last) = (offsets.first().copied(), offsets.last().copied());
-    if first != Some(0) || last != Some(most) {
-        let wrong = if first == Some(0) { last } else { first };
-        return Err(Problem::Range { what, value: wrong.unwrap_or(-1), least: 0, most });
-    }
-    if let Some(pair) = offsets.windows(2).find(|pair| pair[0] > pair[1]) {
-        return Err(Problem::Range { what, value: pair[1], least: pair[0], most });
-    }
+    let within = |offset: Option<&i64>, bounds| {
+        Problem::require_within("an offset of a cell", offset.copied().unwrap_or(-1), bounds)
+    };
+    within(offsets.first(), [0, 0])?;
+    within(offsets.last(), [most, most])?;
+    offsets.windows(2).try_for_each(|pair| within(Some(&pair[1]), [pair[0], most]))?;
     Ok(offsets.iter().skip(1).map(|&offset| offset as usize).collect())
 }
 

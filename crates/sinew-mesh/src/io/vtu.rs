@@ -284,8 +284,7 @@ impl<'a> Parser<'a> {
         let has_points = self.grid.points.len() == points;
         Problem::require_part(has_points, "a Points element with an array")?;
         let (types, _) = self.lists[0].remove("types").unwrap_or_default();
-        // Unknown types are refused with their cell's index later.
-        self.grid.types = types.iter().map(|&kind| u8::try_from(kind).unwrap_or(u8::MAX)).collect();
+        self.grid.set_types(&types);
         for list in 0..if self.cells.is_surface { LISTS.len() } else { 1 } {
             self.cells.lists[list] = self.list(list, counts[list])?;
         }
