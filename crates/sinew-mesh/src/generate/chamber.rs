@@ -94,7 +94,7 @@ impl Chamber<'_> {
         let disk = Disk { half: around / 8, along };
         let sheet = disk.sheet();
         let inner = fit.inner(&sheet, &disk)?;
-        let mut best: Option<(f64, Wall, Outside, TetMesh)> = None;
+        let mut best: Option<(f64, Point, Wall, Outside, TetMesh)> = None;
         for (sweeps, slope) in TRIES {
             let outside = match outside::carry(&trees, &sheet, &inner, &fit.base, sweeps, slope) {
                 Ok(outside) => outside,
@@ -104,25 +104,24 @@ impl Chamber<'_> {
             };
             let wall = cup(disk.sheet(), layers, &inner, &outside);
             let mesh = wall.tetrahedra();
-            let angle = least_angle(&mesh);
+            let (angle, at) = worst(&mesh);
             if best.as_ref().is_none_or(|(least, ..)| angle > *least) {
-                best = Some((angle, wall, outside, mesh));
+                best = Some((angle, at, wall, outside, mesh));
             }
             if angle >= FAIR {
                 break;
             }
         }
-        let (_, wall, outside, mesh) = best.ok_or_else(empty)?;
-        let cells = [layers, around, along];
-        let report = report::of(self, &trees, &fit.base, &outside, &mesh, cells);
-        let report = report.ok_or_else(empty)?;
-        match report.inverted {
-            Some(at) => Err(ChamberError(format!(
+        let (angle, at, wall, outside, mesh) = best.ok_or_else(empty)?;
+        if angle <= 0.0 {
+            return Err(ChamberError(format!(
                 "a cell is inside out at {}: the surfaces turn too sharply there for this size of cells; smooth them, choose other cells, or put the base further down",
                 shown(at)
-            ))),
-            None => Ok(ChamberWall { wall, report }),
+            )));
         }
+        let cells = [layers, around, along];
+        let report = report::of(self, &trees, &fit.base, &outside, &mesh, cells);
+        Ok(ChamberWall { wall, report: report.ok_or_else(empty)? })
     }
 
     /// Direction of the first grid line around the axis: towards the other ventricle, so that grids of one heart agree.
@@ -132,11 +131,19 @@ impl Chamber<'_> {
     }
 }
 
-/// The smallest dihedral angle \[degrees\], below zero where the mesh is folded.
-fn least_angle(mesh: &TetMesh) -> f64 {
-    let angles = (0..mesh.cells.len()).map(|cell| min_dihedral_angle(mesh, cell));
-    let folds = folds(mesh).len();
-    if folds > 0 { -(folds as f64) } else { angles.fold(f64::INFINITY, f64::min) }
+/// The smallest dihedral angle \[degrees\] and the middle of its cell; of a folded mesh minus the number of folds and the middle of the first.
+fn worst(mesh: &TetMesh) -> (f64, Point) {
+    let middle = |nodes: &[usize]| {
+        nodes.iter().map(|&node| Point::from(mesh.points[node])).sum::<Point>() / nodes.len() as f64
+    };
+    let folds = folds(mesh);
+    if let Some(first) = folds.first() {
+        return (-(folds.len() as f64), middle(first));
+    }
+    let angles =
+        mesh.cells.iter().zip(0..).map(|(nodes, cell)| (min_dihedral_angle(mesh, cell), nodes));
+    let least = angles.min_by(|a, b| a.0.total_cmp(&b.0));
+    least.map_or((f64::INFINITY, Point::zeros()), |(angle, nodes)| (angle, middle(nodes)))
 }
 
 /// Facets whose two cells lie on the same side of them: one of the two was inverted before it was made positive.

@@ -206,9 +206,8 @@ impl VentricleShape {
 
 fn grid() -> impl Iterator<Item = (f64, f64)> {
     let [along, around] = GRID;
-    (0..along * around).map(move |i| {
-        ((i / around) as f64 / (along - 1) as f64, TAU * (i % around) as f64 / around as f64)
-    })
+    super::grid([around, along])
+        .map(move |[j, i]| (i as f64 / (along - 1) as f64, TAU * j as f64 / around as f64))
 }
 
 /// A point of the mean ventricle.

@@ -51,16 +51,11 @@ pub(super) struct Base {
 impl Axis {
     pub(super) fn new(endocardium: &TriangleMesh) -> Self {
         let points: Vec<Point> = endocardium.points.iter().map(|&x| x.into()).collect();
-        let edges = rims(endocardium);
-        let ends: Vec<[Point; 2]> =
-            edges.iter().map(|edge| edge.map(|node| points[node])).collect();
-        let lengths = ends.iter().map(|[a, b]| (b - a).norm());
-        let total: f64 = lengths.clone().sum();
-        if total == 0.0 {
+        let edges = rims(endocardium).into_iter();
+        let ends: Vec<[Point; 2]> = edges.map(|edge| edge.map(|node| points[node])).collect();
+        let Some(middle) = middle(ends.iter().copied()) else {
             return Self { points, ..Self::default() };
-        }
-        let middle =
-            ends.iter().zip(lengths).map(|([a, b], l)| (a + b) * (l / 2.0)).sum::<Point>() / total;
+        };
         let apex = farthest(&points, |x| (x - middle).norm_squared());
         let length = (middle - apex).norm();
         let up = (middle - apex) / length;
@@ -127,6 +122,13 @@ impl Axis {
     }
 }
 
+/// The middle of edges, each weighted by its length; none where they have no length.
+fn middle(edges: impl Iterator<Item = [Point; 2]> + Clone) -> Option<Point> {
+    let length: f64 = edges.clone().map(|[a, b]| (b - a).norm()).sum();
+    let sum: Point = edges.map(|[a, b]| (a + b) * ((b - a).norm() / 2.0)).sum();
+    (length > 0.0).then(|| sum / length)
+}
+
 fn farthest(points: &[Point], measure: impl Fn(&Point) -> f64) -> Point {
     let best = points.iter().max_by(|a, b| measure(a).total_cmp(&measure(b)));
     best.copied().unwrap_or_default()
@@ -165,8 +167,7 @@ impl Section {
             ends = (0..RAYS).map(end).collect::<Result<_, _>>()?;
             // The middle of the polygon's edges, which does not depend on how rays are spread.
             let edges = (0..RAYS).map(|k| [ends[k], ends[(k + 1) % RAYS]]);
-            let length: f64 = edges.clone().map(|[a, b]: [Point; 2]| (b - a).norm()).sum();
-            let next = edges.map(|[a, b]| (a + b) * ((b - a).norm() / 2.0)).sum::<Point>() / length;
+            let next = middle(edges).unwrap_or(start);
             centre = next - normal * (next - start).dot(&normal);
         }
         Ok(Self { centre, normal, ends })

@@ -1,11 +1,11 @@
 //! Report on a wall and its fit.
 
+use super::Chamber;
 use super::axis::Base;
 use super::error::shown;
 use super::fit::POLE;
 use super::outside::Outside;
 use super::trees::{Point, Trees};
-use super::{Chamber, folds};
 use crate::quality::Spread;
 use crate::{
     Facet, QualitySummary, TetMesh, TriangleMesh, boundary_facets, extract_surface, quality,
@@ -23,8 +23,6 @@ pub struct ChamberReport {
     pub base: [[f64; 3]; 2],
     /// Quality of the tetrahedra.
     pub quality: QualitySummary,
-    /// Centre of the worst cell that is inside out, where there is one.
-    pub(super) inverted: Option<[f64; 3]>,
     /// Thickness of the wall along its columns of nodes.
     pub thickness: Spread,
     /// Columns of nodes, and those among them that end short of the outer surface because the thickness jumps there.
@@ -61,17 +59,9 @@ pub(super) fn of(
         trees.epicardium.distance(x).min(septum)
     };
     let boundary: Vec<Facet> = boundary_facets(mesh);
-    let quality = quality(mesh)?;
-    let flat = || (quality.dihedral.min == 0.0).then(|| mesh.cells[quality.worst_cell].to_vec());
-    let inverted = folds(mesh).first().map(|facet| facet.to_vec()).or_else(flat);
-    let centre = |nodes: Vec<usize>| {
-        let sum: Point = nodes.iter().map(|&node| Point::from(mesh.points[node])).sum();
-        (sum / nodes.len() as f64).into()
-    };
     Some(ChamberReport {
         cells,
         base: [base.centre.into(), base.normal.into()],
-        inverted: inverted.map(centre),
         thickness: Spread::of(outside.thickness.clone())?,
         columns: [outside.points.len(), outside.limited],
         missed: outside.missed,
@@ -81,7 +71,7 @@ pub(super) fn of(
         outer_distance: distances(&outer, from_outside),
         crossings: crossings(chamber, base),
         own_crossings: self_intersections(&extract_surface(mesh, &boundary)).len(),
-        quality,
+        quality: quality(mesh)?,
     })
 }
 
