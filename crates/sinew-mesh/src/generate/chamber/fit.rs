@@ -28,8 +28,8 @@ pub(super) struct Fit<'a> {
     /// `q` of the rays that leave the pole across the axis.
     equator: f64,
     /// Points of the surface, row by row from the apex.
-    table: Vec<[Point; COLUMNS]>,
-    /// Arc lengths along the surface from the apex \[relative to the whole\], row by row.
+    table: Vec<Vec<Point>>,
+    /// Arc lengths along the surface from the apex \[length\], row by row.
     ways: Vec<[f64; COLUMNS]>,
     /// Mean way from the apex to the base \[length\].
     meridian: f64,
@@ -53,24 +53,16 @@ impl<'a> Fit<'a> {
 
     fn measure(&mut self) -> Result<()> {
         for row in 0..=ROWS {
-            let mut points = [Point::zeros(); COLUMNS];
-            for (column, point) in points.iter_mut().enumerate() {
-                let angle = TAU * column as f64 / COLUMNS as f64;
-                *point = self.point(row as f64 / ROWS as f64, angle)?;
-            }
-            self.table.push(points);
+            let angles = (0..COLUMNS).map(|column| TAU * column as f64 / COLUMNS as f64);
+            let points = angles.map(|angle| self.point(row as f64 / ROWS as f64, angle));
+            self.table.push(points.collect::<Result<_>>()?);
         }
         self.ways.push([0.0; COLUMNS]);
         for row in 1..=ROWS {
             let step = |k: usize| (self.table[row][k] - self.table[row - 1][k]).norm();
             self.ways.push(std::array::from_fn(|k| self.ways[row - 1][k] + step(k)));
         }
-        let whole = self.ways[ROWS];
-        self.meridian = whole.iter().sum::<f64>() / COLUMNS as f64;
-        let relative = |ways: &mut [f64; COLUMNS]| {
-            ways.iter_mut().zip(whole).for_each(|(way, whole)| *way /= whole);
-        };
-        self.ways.iter_mut().for_each(relative);
+        self.meridian = self.ways[ROWS].iter().sum::<f64>() / COLUMNS as f64;
         Ok(())
     }
 
@@ -90,7 +82,7 @@ impl<'a> Fit<'a> {
 
     /// Lengths that sizes of cells follow from.
     pub(super) fn lengths(&self) -> Lengths {
-        let perimeter = |row: &[Point; COLUMNS]| -> f64 {
+        let perimeter = |row: &Vec<Point>| -> f64 {
             (0..COLUMNS).map(|k| (row[k] - row[(k + 1) % COLUMNS]).norm()).sum()
         };
         let around = self.table.iter().map(perimeter).fold(0.0, f64::max);
@@ -124,8 +116,8 @@ impl<'a> Fit<'a> {
         let column = angle / TAU * COLUMNS as f64;
         let (first, share) = (column as usize % COLUMNS, column.fract());
         let second = (first + 1) % COLUMNS;
-        let way =
-            |row: usize| (1.0 - share) * self.ways[row][first] + share * self.ways[row][second];
+        let done = |row: usize, column: usize| self.ways[row][column] / self.ways[ROWS][column];
+        let way = |row: usize| (1.0 - share) * done(row, first) + share * done(row, second);
         let row = (0..ROWS - 1).take_while(|&row| way(row + 1) < part).count();
         let within = (part - way(row)) / (way(row + 1) - way(row));
         (row as f64 + within.clamp(0.0, 1.0)) / ROWS as f64
