@@ -86,7 +86,6 @@ mod scene;
 mod solid;
 mod spring;
 mod stiffened;
-mod stiffness;
 mod surface;
 mod unit;
 
@@ -110,7 +109,6 @@ pub use solid::{
     ActiveStress, NearlyIncompressible, Passive, ShapeEnergy, Solid, Strain, VolumeEnergy,
 };
 pub use spring::Spring;
-pub use stiffness::Stiffness;
 pub use surface::{PressureSurface, SurfaceResponse};
 pub use unit::Unit;
 

@@ -10,9 +10,8 @@ use crate::coordinates::{
     cluster_centres, cluster_counts, ensure, expansion, require_count, require_finite,
     require_positive,
 };
-use costs::{Costs, inverse_root};
 use serde::{Deserialize, Serialize};
-use sinew_energy::{Body, Stiffness};
+use sinew_energy::Body;
 use sinew_num::{add3, dot};
 use std::sync::Arc;
 
@@ -67,7 +66,9 @@ impl Motions {
         let [node_parents, above @ ..] = clusters else {
             return Err(CoordinateError::None("outputs at every scale need clusters"));
         };
-        let stiffness = stiffness(body, displacement, theta)?;
+        require_count("displacement values", displacement.len(), 3 * body.nodes)?;
+        require_finite("a displacement", displacement)?;
+        body.check_theta(theta)?;
         let dirichlet = Dirichlet::of_body(body);
         let (u, _) = displacement.as_chunks::<3>();
         let places: Vec<_> = body.positions.iter().zip(u).map(|(x, u)| add3(x, u)).collect();
@@ -86,17 +87,16 @@ impl Motions {
         let table = dirichlet.projectors(3);
         let (rows, _) = table.as_chunks::<3>();
         let (free, _) = rows.as_chunks::<3>();
-        let costs = Costs { stiffness: &stiffness, free, places: &places };
-        let node_scales = (0..body.nodes).map(|node| inverse_root(costs.of_node(node)));
         let mut tree = MotionTree {
-            node_scales: node_scales.collect(),
+            node_scales: Vec::new(),
             cluster_parents,
-            cluster_scales: Vec::with_capacity(centres.len()),
+            cluster_scales: Vec::new(),
             node_parents: node_parents.clone(),
             centres,
-            positions: places.clone(),
+            positions: places,
         };
-        costs.scale_clusters(&mut tree, &counts);
+        costs::scale(&mut tree, &counts, (body, free), (displacement, theta))
+            .ok_or(CoordinateError::NoStiffness)?;
         let largest =
             tree.node_scales.as_flattened().as_flattened().iter().fold(0f64, |m, s| m.max(s.abs()));
         require_positive("the displacement of a unit output", largest)?;
@@ -260,14 +260,6 @@ impl Motions {
 fn add(rows: &mut [Vec<f64>], to: usize, from: usize, part: f64) {
     let other = rows[from].clone();
     rows[to].iter_mut().zip(other).for_each(|(y, other)| *y += part * other);
-}
-
-/// The stiffness of a body at a displacement.
-fn stiffness(body: &Body, displacement: &[f64], theta: &[f64]) -> Result<Stiffness> {
-    require_count("displacement values", displacement.len(), 3 * body.nodes)?;
-    require_finite("a displacement", displacement)?;
-    body.check_theta(theta)?;
-    body.stiffness(displacement, theta).ok_or(CoordinateError::NoStiffness)
 }
 
 /// Motions with their numbers as bytes, so that they are read to the bit.

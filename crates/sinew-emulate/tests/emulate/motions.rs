@@ -3,7 +3,8 @@
 use sinew_emulate::Body;
 use sinew_emulate::coordinates::{Anchor, Anchors, CoordinateError, MotionTree, Motions, halves};
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Parameter, Scene, Support};
+use sinew_energy::{Load, Parameter, Scene, Support};
+use sinew_fem::Solver;
 use sinew_mesh::box_tetrahedra;
 
 /// A cube of eight nodes, four of them clamped.
@@ -52,6 +53,43 @@ fn clusters_that_belong_to_no_body_are_refused() {
     assert_eq!(many, CoordinateError::None("more clusters than leaves"));
     let two = about_rest(&body, &[vec![0, 0, 0, 0, 1, 1, 1, 1], vec![0, 0]]).unwrap();
     assert_eq!(two.tree().cluster_parents, [Some(2), Some(2), None]);
+}
+
+/// With the stiffness `K` of the solver: `(P S)ᵀ K (P S)` is one on the motions that cost energy, zero on the others.
+#[test]
+fn a_unit_output_costs_an_energy_of_one_half() {
+    let foundation = Load::Foundation { facets: "x_max".into(), normal: 3.0, tangential: 0.5 };
+    let body = Scene::new(box_tetrahedra([3.0, 1.0, 1.0], [3, 1, 1]), NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 1.0..=2.0))
+        .parameter(Parameter::log("lambda", "kPa", 1.0..=2.0))
+        .load(foundation)
+        .support(Support::roller_on_plane("x_min", [1.0, 0.0, 2.0]))
+        .lower()
+        .unwrap();
+    let motions = about_rest(&body, &halves(&body.positions)).unwrap();
+    let (tree, mut solver) = (motions.tree(), Solver::new(&body).unwrap());
+    let (rest, length) = (vec![0.0; 3 * body.nodes], tree.of_clusters() + 3 * body.nodes);
+    let clusters = (0..tree.of_clusters()).step_by(6).map(|first| first..first + 6);
+    let nodes = (tree.of_clusters()..length).step_by(3).map(|first| first..first + 3);
+    for outputs in clusters.chain(nodes) {
+        let moved = |output: usize| {
+            let mut change = vec![0.0; length];
+            change[output] = 1.0;
+            let moved = tree.tangent(&vec![0.0; length], &change);
+            let mut free = rest.clone();
+            for dof in body.free_degrees_of_freedom() {
+                body.frames.add(dof, body.frames.component(dof, &moved), &mut free);
+            }
+            free
+        };
+        let moved: Vec<_> = outputs.map(moved).collect();
+        let size = moved.len();
+        let mut forces = |u: &Vec<f64>| solver.stiffness_times(&rest, &body.centre(), u).unwrap();
+        let forces: Vec<_> = moved.iter().map(&mut forces).collect();
+        let cost =
+            nalgebra::DMatrix::from_fn(size, size, |i, j| sinew_num::dot(&moved[i], &forces[j]));
+        assert!((&cost * &cost - &cost).amax() < 1e-10 && cost.trace() > 1.99, "{cost}");
+    }
 }
 
 /// The unit matrix.

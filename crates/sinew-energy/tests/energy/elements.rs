@@ -75,43 +75,6 @@ mod shapes {
     }
 }
 
-mod stiffness {
-    use crate::product::product;
-    use sinew_energy::laws::NeoHookean;
-    use sinew_energy::{Load, Parameter, Scene, Support};
-    use sinew_mesh::box_tetrahedra;
-
-    #[test]
-    fn it_is_the_derivative_of_the_gradient() {
-        let mesh = box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]);
-        let foundation = Load::Foundation { facets: "x_max".into(), normal: 30.0, tangential: 7.0 };
-        let scene = Scene::new(mesh, NeoHookean)
-            .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
-            .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
-            .load(foundation)
-            .support(Support::clamped("x_min"));
-        let body = scene.lower().unwrap();
-        let wave = |scale: f64| -> Vec<f64> {
-            (0..3 * body.nodes).map(|i| scale * ((i * i) as f64).sin()).collect()
-        };
-        let (u, direction, theta) = (wave(0.05), wave(1.0), [70.0, 90.0]);
-        let found = product(&body.stiffness(&u, &theta).unwrap(), &direction);
-        const STEP: f64 = 1e-5;
-        let gradient = |sign: f64| {
-            let moved: Vec<f64> =
-                u.iter().zip(&direction).map(|(u, d)| u + sign * STEP * d).collect();
-            let mut gradient = vec![0.0; u.len()];
-            body.value_and_gradient(&moved, &theta, &mut gradient);
-            gradient
-        };
-        let size = found.iter().fold(0f64, |m, f| m.max(f.abs()));
-        for ((ahead, behind), found) in gradient(1.0).iter().zip(gradient(-1.0)).zip(&found) {
-            assert!(((ahead - behind) / (2.0 * STEP) - found).abs() < 1e-7 * size);
-        }
-        assert!(body.stiffness(&wave(10.0), &theta).is_none());
-    }
-}
-
 mod factors {
     use sinew_energy::laws::NeoHookean;
     use sinew_energy::{Parameter, Scene, Support};

@@ -11,7 +11,6 @@ mod left_ventricle;
 mod lids;
 mod numbers;
 mod pressure;
-mod product;
 mod rates;
 mod scene;
 mod solid;

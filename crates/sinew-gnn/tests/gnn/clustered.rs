@@ -1,11 +1,10 @@
 //! Beams on their trees of clusters.
 
 use crate::common::{small_config, thetas};
-use crate::product::product;
-use nalgebra::{DMatrix, DVector};
 use sinew_emulate::coordinates::*;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Barriers, Body, Load, Parameter, Sampling, Scene, Support};
+use sinew_fem::Solver;
 use sinew_gnn::*;
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 use sinew_mesh::{TetMesh, box_tetrahedra};
@@ -32,17 +31,7 @@ pub(crate) fn scene(mesh: TetMesh, weight: [f64; 3], supports: Vec<Support>) -> 
 
 /// Displacement of a body under its loads as if it were linear about rest.
 pub(crate) fn response(body: &Body, theta: &[f64; 2]) -> Vec<f64> {
-    let free = body.free_degrees_of_freedom();
-    let axes = DMatrix::from_fn(3 * body.nodes, free.len(), |i, j| {
-        if i / 3 == free[j] / 3 { body.frames.axis(free[j])[i % 3] } else { 0.0 }
-    });
-    let stiffness = body.stiffness(&vec![0.0; 3 * body.nodes], theta).unwrap();
-    let mut forces = DMatrix::zeros(3 * body.nodes, free.len());
-    for (axis, mut forces) in axes.column_iter().zip(forces.column_iter_mut()) {
-        forces.copy_from_slice(&product(&stiffness, axis.as_slice()));
-    }
-    let loads = axes.tr_mul(&DVector::from_column_slice(&body.nodal_force));
-    (&axes * axes.tr_mul(&forces).cholesky().unwrap().solve(&loads)).as_slice().to_vec()
+    Solver::new(body).unwrap().linear_response(theta).unwrap()
 }
 
 /// A body on its tree of clusters, with outputs at every scale.

@@ -1,8 +1,5 @@
 //! Networks and their parts: fused operations, training, recipes, damaged and resumed runs, laws over tensors.
 
-#[path = "../../../sinew-energy/tests/energy/product.rs"]
-mod product;
-
 mod batches;
 mod best;
 mod budgets;

@@ -2,10 +2,9 @@
 
 use crate::clustered::{Beam, WEIGHT, response, scene};
 use crate::common::{devices, relative_difference, small_config};
-use crate::product::product;
-use nalgebra::{DMatrix, DVector};
 use sinew_emulate::coordinates::*;
-use sinew_energy::{Barriers, Stiffness, Support};
+use sinew_energy::{Barriers, Support};
+use sinew_fem::Solver;
 use sinew_gnn::*;
 use sinew_mesh::box_tetrahedra;
 
@@ -29,11 +28,10 @@ fn energy_training_bends_the_beam_and_inclined_supports_hold_exactly() {
             }
         }
         // Nothing but the energy was told: it must come near its minimum.
-        let mut gradient = vec![0.0; u.len()];
-        let energy = beam.body.value_and_gradient(u, &theta, &mut gradient);
-        // A Newton step from there: the linear response of the body as if it rested there.
-        let stiffness = beam.body.stiffness(u, &theta).unwrap();
-        let excess = newton_gain(&beam, &stiffness, &gradient);
+        let energy = beam.body.value(u, &theta);
+        // Energy that a Newton step from there gains.
+        let step = &Solver::new(&beam.body).unwrap().newton_steps(u, &theta, 1).unwrap()[0];
+        let excess = 0.5 * step.energy_norm.powi(2);
         assert!(energy < 0.0 && excess < 0.05 * energy.abs(), "{excess} above {energy}");
 
         let moved = |by: f64| fixed.predict(&[vec![75.0 + by, 75.0]]).unwrap().concat();
@@ -102,27 +100,6 @@ fn outputs_of_other_networks_and_bodies_are_refused() {
     assert!(Motions::about(&rest, &[], &beam.body, &beam.theta).is_err());
     assert!(Motions::about(&rest[3..], &beam.topology.clusters, &beam.body, &beam.theta).is_err());
     assert!(Motions::about(&rest, &beam.topology.clusters, &beam.body, &[75.0]).is_err());
-}
-
-/// Energy that a Newton step gains, by a dense solve.
-fn newton_gain(beam: &Beam, stiffness: &Stiffness, gradient: &[f64]) -> f64 {
-    let (free, frames) = (beam.body.free_degrees_of_freedom(), &beam.body.frames);
-    let unit = |dof: usize| {
-        let mut vector = vec![0.0; gradient.len()];
-        frames.add(dof, 1.0, &mut vector);
-        vector
-    };
-    let columns: Vec<Vec<f64>> = free
-        .iter()
-        .map(|&dof| {
-            let forces = product(stiffness, &unit(dof));
-            free.iter().map(|&dof| frames.component(dof, &forces)).collect()
-        })
-        .collect();
-    let matrix = DMatrix::from_fn(free.len(), free.len(), |i, j| columns[j][i]);
-    let force =
-        DVector::from_iterator(free.len(), free.iter().map(|&dof| frames.component(dof, gradient)));
-    0.5 * matrix.lu().solve(&force).unwrap().dot(&force)
 }
 
 #[test]

@@ -2,77 +2,104 @@
 
 use crate::coordinates::MotionTree;
 use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
-use sinew_energy::Stiffness;
+use sinew_energy::Body;
 use sinew_num::sub3;
 
 /// Eigenvalue \[relative to the largest of a cluster's stiffness\] below which a motion has scale zero.
 const SMALLEST_STIFFNESS: f64 = 1e-9;
 
-/// Energies of motions of nodes and of clusters.
-pub(super) struct Costs<'a> {
-    pub stiffness: &'a Stiffness,
-    /// Projector onto the free directions of each node.
-    pub free: &'a [[[f64; 3]; 3]],
-    pub places: &'a [[f64; 3]],
+/// Rigid motions of the parts that nodes are divided into: translations, and turns measured by the displacement at the radius of gyration.
+struct Parts {
+    /// Part of each node.
+    of_nodes: Vec<usize>,
+    radii: Vec<f64>,
+    /// Displacement of each node by the motions of its part, along what supports leave free.
+    motions: Vec<SMatrix<f64, 3, 6>>,
+    /// Stiffness of the motions of each part.
+    costs: Vec<SMatrix<f64, 6, 6>>,
 }
 
-impl Costs<'_> {
-    pub(super) fn of_node(&self, node: usize) -> SMatrix<f64, 3, 3> {
-        let own = self.stiffness.row(node).find(|(neighbour, _)| *neighbour == node);
-        let block = own.map_or([[0.0; 3]; 3], |(_, block)| *block);
-        let (free, block) = (matrix(&self.free[node]), matrix(&block));
-        free * block * free
-    }
-
-    /// Gives every cluster of a tree its scale, layer by layer.
-    pub(super) fn scale_clusters(&self, tree: &mut MotionTree, roots_per_layer: &[usize]) {
-        let mut first = 0;
-        for (ancestors, &count) in tree.ancestors().iter().zip(roots_per_layer) {
-            let of_layer = self.of_clusters(ancestors, first..first + count, &tree.centres);
-            tree.cluster_scales.extend(of_layer.into_iter().map(|(cost, radius)| {
-                let mut scale = inverse_root(cost);
-                scale[3..].as_flattened_mut().iter_mut().for_each(|entry| *entry /= radius);
-                scale
-            }));
-            first += count;
-        }
-    }
-
-    /// Translations, and turns measured by the displacement at the radius of gyration, of each cluster of a layer, and
-    /// that radius. `ancestors` are the clusters of the nodes.
-    fn of_clusters(
-        &self,
-        ancestors: &[usize],
-        layer: std::ops::Range<usize>,
+impl Parts {
+    fn new(
+        of_nodes: Vec<usize>,
         centres: &[[f64; 3]],
-    ) -> Vec<(SMatrix<f64, 6, 6>, f64)> {
-        let mut sums = vec![(0.0, 0usize); layer.len()];
-        let arm = |node: usize| sub3(&self.places[node], &centres[ancestors[node]]);
-        for (node, &cluster) in ancestors.iter().enumerate() {
-            let sum = &mut sums[cluster - layer.start];
+        places: &[[f64; 3]],
+        free: &[[[f64; 3]; 3]],
+    ) -> Self {
+        let arm = |node: usize| sub3(&places[node], &centres[of_nodes[node]]);
+        let mut sums = vec![(0.0, 0usize); centres.len()];
+        for (node, &part) in of_nodes.iter().enumerate() {
+            let sum = &mut sums[part];
             *sum = (sum.0 + arm(node).iter().map(|r| r * r).sum::<f64>(), sum.1 + 1);
         }
-        let radius = |&(squares, count): &(f64, usize)| {
+        let radius = |(squares, count): (f64, usize)| {
             let radius = (squares / count.max(1) as f64).sqrt();
             if radius > 0.0 { radius } else { 1.0 }
         };
-        let mut costs: Vec<_> =
-            sums.iter().map(|sum| (SMatrix::<f64, 6, 6>::zeros(), radius(sum))).collect();
-        let rigid = |node: usize, radius: f64| {
-            matrix(&self.free[node]) * rigid_motions(arm(node).map(|r| r / radius))
+        let radii: Vec<f64> = sums.into_iter().map(radius).collect();
+        let motion = |node: usize| {
+            matrix(&free[node]) * rigid_motions(arm(node).map(|r| r / radii[of_nodes[node]]))
         };
-        for (node, &cluster) in ancestors.iter().enumerate() {
-            let (cost, radius) = &mut costs[cluster - layer.start];
-            let mut force = SMatrix::<f64, 3, 6>::zeros();
-            for (neighbour, block) in self.stiffness.row(node) {
-                if ancestors[neighbour] == cluster {
-                    force += matrix(block) * rigid(neighbour, *radius);
-                }
-            }
-            *cost += rigid(node, *radius).transpose() * force;
-        }
-        costs
+        let motions = (0..of_nodes.len()).map(motion).collect();
+        Self { costs: vec![SMatrix::zeros(); centres.len()], of_nodes, radii, motions }
     }
+
+    /// Adds the stiffness of a quadrature point.
+    fn add(&mut self, nodes: &[usize], shape: &[[f64; 3]], tangent: &SMatrix<f64, 9, 9>) {
+        let part = |at: usize| self.of_nodes[nodes[at]];
+        for first in (0..nodes.len()).filter(|&at| (0..at).all(|other| part(other) != part(at))) {
+            let own = (first..nodes.len()).filter(|&at| part(at) == part(first));
+            let gradient = own.fold(SMatrix::<f64, 9, 6>::zeros(), |sum, at| {
+                let (motion, g) = (&self.motions[nodes[at]], &shape[at]);
+                sum + SMatrix::from_fn(|row, k| motion[(row / 3, k)] * g[row % 3])
+            });
+            self.costs[part(first)] += gradient.transpose() * tangent * gradient;
+        }
+    }
+}
+
+/// Gives nodes and clusters of a tree the scales of their motions by the stiffness at a displacement, that of cells and springs: pressures are
+/// left out, and averaged volume ratios are replaced by those of each point. `None` where a cell is inverted or its energy overflows.
+pub(super) fn scale(
+    tree: &mut MotionTree,
+    clusters_per_layer: &[usize],
+    (body, free): (&Body, &[[[f64; 3]; 3]]),
+    (displacement, theta): (&[f64], &[f64]),
+) -> Option<()> {
+    let mut layers =
+        vec![Parts::new((0..body.nodes).collect(), &tree.positions, &tree.positions, free)];
+    let mut first = 0;
+    for (mut ancestors, &count) in tree.ancestors().into_iter().zip(clusters_per_layer) {
+        ancestors.iter_mut().for_each(|cluster| *cluster -= first);
+        let centres = &tree.centres[first..first + count];
+        layers.push(Parts::new(ancestors, centres, &tree.positions, free));
+        first += count;
+    }
+    let parameters = body.law_parameters(theta);
+    for (point, &volume) in body.volumes.iter().enumerate() {
+        let h = body.displacement_gradient(point, displacement);
+        let response = body.material.response(point, parameters, &h);
+        response.energy.is_finite().then_some(())?;
+        let tangent = volume * matrix(&response.tangent);
+        let (nodes, shape) = (body.nodes_of_point(point), body.shape_of_point(point));
+        layers.iter_mut().for_each(|parts| parts.add(nodes, shape, &tangent));
+    }
+    for Parts { of_nodes, motions, costs, .. } in &mut layers {
+        for spring in &body.springs {
+            let motion = &motions[spring.node];
+            costs[of_nodes[spring.node]] += motion.transpose() * matrix(&spring.stiffness) * motion;
+        }
+    }
+    let of_node = |cost: &SMatrix<f64, 6, 6>| inverse_root(cost.fixed_view::<3, 3>(0, 0).into());
+    tree.node_scales = layers[0].costs.iter().map(of_node).collect();
+    let clusters = layers[1..].iter().flat_map(|layer| layer.costs.iter().zip(&layer.radii));
+    let of_cluster = |(&cost, radius): (&SMatrix<f64, 6, 6>, &f64)| {
+        let mut scale = inverse_root(cost);
+        scale[3..].as_flattened_mut().iter_mut().for_each(|entry| *entry /= radius);
+        scale
+    };
+    tree.cluster_scales = clusters.map(of_cluster).collect();
+    Some(())
 }
 
 /// A matrix by its rows.
@@ -81,7 +108,7 @@ pub(crate) fn matrix<const N: usize>(rows: &[[f64; N]; N]) -> SMatrix<f64, N, N>
 }
 
 /// `|A|^(−½)` on the directions that cost anything.
-pub(super) fn inverse_root<const N: usize>(cost: SMatrix<f64, N, N>) -> [[f64; N]; N] {
+fn inverse_root<const N: usize>(cost: SMatrix<f64, N, N>) -> [[f64; N]; N] {
     let symmetric = DMatrix::from_fn(N, N, |i, j| 0.5 * (cost[(i, j)] + cost[(j, i)]));
     let root = of_eigenvalues(symmetric, SMALLEST_STIFFNESS, |value| value.abs().powf(-0.5));
     std::array::from_fn(|i| std::array::from_fn(|j| root[(i, j)]))
