@@ -134,6 +134,14 @@ impl Topology {
         let layers = self.roots_per_layer.len();
         let layer_of: Vec<usize> =
             (0..=layers).flat_map(|l| std::iter::repeat_n(l, self.layer(l).len())).collect();
+        // A file may claim more roots than pairs of them fit in memory.
+        let roots = self.roots_per_layer.last().copied().unwrap_or_default();
+        let pairs = roots.saturating_mul(roots.saturating_sub(1)) / 2;
+        ensure!(
+            pairs <= self.senders.len(),
+            "the {roots} roots of the last layer need {pairs} edges among them, and the graph has {} in all",
+            self.senders.len()
+        );
         let wanted = self.edges_of_clusters();
         for [sender, receiver] in self.edges() {
             let [from, to] = [sender, receiver].map(|node| layer_of[node]);

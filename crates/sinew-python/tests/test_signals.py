@@ -75,7 +75,7 @@ def test_control_c_ends_within_a_second(name: str) -> None:
     print(f"{name}: {took:.2f} s, {computed:.2f} s of processors")
     assert (line, code) == ("interrupted\n", 7), process.communicate()[1]
     # The second that is promised, and half of one to wake the process. Beside other programs a process waits longer, but computes no more.
-    assert min(took, computed or took) < 1.5
+    assert min(took, computed or took) < 1.5 and took < 15.0
 
 
 def test_python_goes_on_beside_a_computation() -> None:

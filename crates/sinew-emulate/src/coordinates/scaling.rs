@@ -135,8 +135,9 @@ impl TryFrom<Vec<ParameterRange>> for ParameterScaling {
 impl ParameterRange {
     /// Whether a value is inside, but for rounding.
     pub(crate) fn contains(&self, value: f64) -> bool {
-        let slack = RANGE_SLACK * (self.upper - self.lower);
-        (self.lower - slack..=self.upper + slack).contains(&value)
+        let [value, lower, upper] = [value, self.lower, self.upper].map(|x| self.scaled(x));
+        let slack = RANGE_SLACK * (upper - lower);
+        (lower - slack..=upper + slack).contains(&value)
     }
 
     /// Requires a value that its scale has a place for.

@@ -205,7 +205,7 @@ fn check_start(start: &Path, own: &Started) -> Result<()> {
             Some(stored) if stored.network != own.network => {
                 "its network has other sizes; name the same under [training.network]".into()
             }
-            Some(stored) if stored.body.parameters != own.body.parameters => {
+            Some(stored) if !identity::same_axes(&stored.body.parameters, &own.body.parameters) => {
                 let [known, own] = [&stored, own].map(|run| identity::listed(&run.body.parameters));
                 format!("its parameters are {known}, those here {own}")
             }

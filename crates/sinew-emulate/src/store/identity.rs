@@ -1,6 +1,7 @@
 //! Fingerprint of the body that an emulator belongs to, in a few numbers.
 
 use crate::Body;
+use crate::sample::at_share;
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Parameter, Sampling};
 use sinew_num::dot;
@@ -22,6 +23,10 @@ pub(crate) struct Identity {
     held: f64,
     /// Work of all forces and stresses along a probing displacement at the centre of the ranges.
     probe: f64,
+    /// The same with every parameter at another share of its range: at the centre loads may be zero, and equal parameters may change
+    /// places. Files of version 0.1.0 have none.
+    #[serde(default)]
+    aside: Option<f64>,
 }
 
 /// Name, range, unit and scale of a parameter. If one of them differs, the input of an emulator differs.
@@ -41,6 +46,8 @@ pub(crate) fn axis(p: &Parameter, unit: &str) -> Axis {
 
 /// Relative tolerance of the comparison: rounding differs between machines.
 const ROUNDING: f64 = 1e-9;
+/// Golden ratio, whose multiples are far from each other modulo one.
+const GOLDEN: f64 = 0.618_033_988_749_895;
 
 pub(crate) fn of(body: &Body) -> Identity {
     let length = body.prescribed.len();
@@ -49,8 +56,14 @@ pub(crate) fn of(body: &Body) -> Identity {
     // Small enough to invert no cell, and orthogonal to no load or fibre.
     let step = 1e-5 * size;
     let probe: Vec<f64> = (0..length).map(|i| step * (0.7 + 1.3 * i as f64).sin()).collect();
-    let mut force = vec![0.0; length];
-    body.value_and_gradient(&probe, &body.centre(), &mut force);
+    let work = |theta: &[f64]| {
+        let mut force = vec![0.0; length];
+        body.value_and_gradient(&probe, theta, &mut force);
+        dot(&force, &probe)
+    };
+    let share = |number: usize| (0.37 + GOLDEN * number as f64).fract();
+    let aside = body.parameters.iter().enumerate().map(|(i, p)| at_share(p, share(i)));
+    let aside: Vec<f64> = aside.collect();
     let held = |(i, prescribed): (usize, &Option<f64>)| {
         prescribed.map(|u| body.frames.component(i, &probe) / step * (1.0 + u / size))
     };
@@ -64,9 +77,12 @@ pub(crate) fn of(body: &Body) -> Identity {
         known: body.known.clone(),
         size,
         held: body.prescribed.iter().enumerate().filter_map(held).sum(),
-        probe: dot(&force, &probe),
+        probe: work(&body.centre()),
+        aside: Some(work(&aside)),
     }
 }
+
+const PARAMETERS: &str = "the list of parameters";
 
 /// First difference between a stored body and another one: its name and both values.
 pub(crate) fn difference(
@@ -80,7 +96,7 @@ pub(crate) fn difference(
             ("the number of cells", body.cells.to_string()),
             ("the number of free components", body.unknowns.to_string()),
             ("the units", body.units.join(" and ")),
-            ("the list of parameters", listed(&body.parameters)),
+            (PARAMETERS, listed(&body.parameters)),
             ("the list of known parameters", known.collect::<Vec<_>>().join(", ")),
         ]
     };
@@ -89,11 +105,27 @@ pub(crate) fn difference(
         ("what supports prescribe, and where", stored.held, found.held),
         ("the work along a probing displacement", stored.probe, found.probe),
     ];
-    let close = |a: f64, b: f64| (a - b).abs() <= ROUNDING * a.abs().max(b.abs());
+    let aside = stored.aside.zip(found.aside);
+    let aside = aside.map(|(a, b)| ("the work beside the centre of the ranges", a, b));
     let texts = texts(stored).into_iter().zip(texts(found)).map(|((what, a), (_, b))| (what, a, b));
-    let numbers = numbers.into_iter().filter(|(_, a, b)| !close(*a, *b));
+    let numbers = numbers.into_iter().chain(aside).filter(|(_, a, b)| !close(*a, *b));
     let numbers = numbers.map(|(what, a, b)| (what, format!("{a:e}"), format!("{b:e}")));
-    texts.filter(|(_, a, b)| a != b).chain(numbers).next()
+    let axes = same_axes(&stored.parameters, &found.parameters);
+    let differs = |(what, a, b): &(_, String, String)| a != b && !(axes && *what == PARAMETERS);
+    texts.filter(differs).chain(numbers).next()
+}
+
+/// Whether parameters agree, their ranges to rounding errors: those of other units are converted.
+pub(crate) fn same_axes(stored: &[Axis], found: &[Axis]) -> bool {
+    let same = |(a, b): (&Axis, &Axis)| {
+        (&a.name, &a.unit, a.logarithmic) == (&b.name, &b.unit, b.logarithmic)
+            && a.range.iter().zip(b.range).all(|(&a, b)| close(a, b))
+    };
+    stored.len() == found.len() && stored.iter().zip(found).all(same)
+}
+
+fn close(a: f64, b: f64) -> bool {
+    (a - b).abs() <= ROUNDING * a.abs().max(b.abs())
 }
 
 /// Parameters in words.

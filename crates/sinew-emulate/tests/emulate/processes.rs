@@ -275,5 +275,16 @@ fn designs_whose_runs_lie_together_state_errors_of_groups_or_warn() {
         emulator.save(folder.path()).unwrap();
         let stored = RunsEmulator::load(folder.path()).unwrap();
         assert_eq!(stored.warnings, emulator.warnings);
+        // As version 0.1.0 stored it.
+        let [runs, seal] = [RunsEmulator::FILE, "checksums.json"].map(|f| folder.path().join(f));
+        let read = |path| serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+        let [mut old, mut sums]: [serde_json::Value; 2] = [&runs, &seal].map(read);
+        let keys = old.as_object_mut().unwrap();
+        assert!(keys.remove("warnings").is_some() && keys.remove("correlation").is_some());
+        sums[RunsEmulator::FILE] = crc32fast::hash(old.to_string().as_bytes()).into();
+        std::fs::write(&runs, old.to_string()).unwrap();
+        std::fs::write(&seal, sums.to_string()).unwrap();
+        let old = RunsEmulator::load(folder.path()).unwrap();
+        assert_eq!((old.correlation(0, 0), old.warnings.len()), (1.0, 0));
     }
 }

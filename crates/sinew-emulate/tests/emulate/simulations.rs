@@ -1,10 +1,11 @@
 //! Simulations: which of several equilibria, and runs that were stopped.
 
 use sinew_emulate::{
-    Body, Design, Error, MOST_COMPARED, Observer, Progress, Simulations, simulate,
+    Body, Design, Error, MOST_COMPARED, Observer, Progress, Simulations, central_differences,
+    simulate,
 };
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Load, Parameter, Scene, Support};
+use sinew_energy::{Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::{Options, Solver, sweep};
 use sinew_mesh::box_tetrahedra;
 use std::ops::ControlFlow;
@@ -145,4 +146,60 @@ fn a_run_that_was_killed_while_it_stored_goes_on_from_what_its_log_counts() {
     stopped(3);
     let others = Design::Uniform.sample(&body.parameters, 6, 2).unwrap();
     same(solved(&others, &mut ()).unwrap(), &others);
+}
+
+#[test]
+fn simulations_of_a_body_that_is_equal_at_the_centre_of_the_ranges_are_refused() {
+    // Two pressures that change places: equal at the centre, or zero there.
+    let plate = |[first, second]: [&str; 2], low: f64| {
+        let pressure = |number: usize, facets: &str| Load::Pressure {
+            facets: facets.into(),
+            magnitude: Magnitude::Theta(2 + number),
+        };
+        Scene::new(box_tetrahedra([20.0, 20.0, 4.0], [3, 3, 1]), NeoHookean)
+            .parameter(Parameter::log("mu", "kPa", 20.0..=40.0))
+            .parameter(Parameter::log("lambda", "kPa", 20.0..=40.0))
+            .parameter(Parameter::linear("p", "kPa", low..=0.5))
+            .parameter(Parameter::linear("q", "kPa", low..=0.5))
+            .load(pressure(0, first))
+            .load(pressure(1, second))
+            .support(Support::clamped("x_min"))
+            .support(Support::clamped("x_max"))
+            .support(Support::clamped("y_min"))
+            .support(Support::clamped("y_max"))
+            .lower()
+            .unwrap()
+    };
+    let theta = vec![vec![30.0, 30.0, 0.2, 0.1]];
+    let [first, second] = [["z_min", "z_max"], ["z_max", "z_min"]];
+    for low in [0.1, -0.5] {
+        let folder = tempfile::tempdir().unwrap();
+        simulate(&plate(first, low), &theta, "test", Some(folder.path()), &mut ()).unwrap();
+        let other = plate(second, low);
+        let error = simulate(&other, &theta, "test", Some(folder.path()), &mut ()).unwrap_err();
+        assert!(matches!(error, Error::OtherSamples { .. }), "{error}");
+    }
+}
+
+#[test]
+fn derivatives_by_differences_keep_six_digits() {
+    // A parameter over six decades, and predictions with rounding errors of 1e-9.
+    let body = Scene::new(box_tetrahedra([4.0, 1.0, 1.0], [1, 1, 1]), NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 1e-3..=1e3))
+        .parameter(Parameter::linear("lambda", "kPa", 1.0..=3.0))
+        .support(Support::clamped("x_min"))
+        .lower()
+        .unwrap();
+    for theta in [[1e-3, 1.0], [0.3, 2.0], [1e3, 3.0]] {
+        let at = |theta: Vec<f64>| {
+            let rounding = 1.0 + 1e-9 * (1e7 * (theta[0].ln() + theta[1])).sin();
+            Ok::<_, Error>(vec![rounding * theta[0].ln().sin(), rounding / theta[1]])
+        };
+        let [by_mu, by_lambda] = &central_differences(&body, &theta, at).unwrap()[..] else {
+            panic!("two parameters")
+        };
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-6 * b.abs(), "{a} {b}");
+        close(by_mu[0], theta[0].ln().cos() / theta[0]);
+        close(by_lambda[1], -1.0 / theta[1].powi(2));
+    }
 }

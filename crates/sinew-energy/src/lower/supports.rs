@@ -21,7 +21,7 @@ impl Held {
     fn hold(&mut self, node: usize, direction: [f64; 3], displacement: f64) -> Result<(), f64> {
         let held = &mut self.prescribed[3 * node..3 * node + 3];
         let mut frame = self.frames.get(node).copied().unwrap_or(Mat3::IDENTITY);
-        let (mut axis, mut value) = (direction, displacement);
+        let (mut axis, mut value, mut known) = (direction, displacement, 0.0);
         // Twice: once is inexact for a direction close to the prescribed ones.
         for _ in 0..2 {
             let mut size = value.abs();
@@ -29,12 +29,13 @@ impl Held {
                 let along = dot3(&axis, own);
                 (0..3).for_each(|i| axis[i] -= along * own[i]);
                 value -= along * u;
+                known += along * u;
                 size += (along * u).abs();
             }
             let length = dot3(&axis, &axis).sqrt();
             if length <= SAME_DIRECTION {
-                let agrees = value.abs() <= SAME_DIRECTION * size;
-                return if agrees { Ok(()) } else { Err(displacement - value) };
+                let agrees = value.is_finite() && value.abs() <= SAME_DIRECTION * size;
+                return if agrees { Ok(()) } else { Err(known) };
             }
             axis = axis.map(|x| x / length);
             value /= length;

@@ -221,7 +221,7 @@ pub struct Solution {
     pub negative_pivots: usize,
     /// Whether a factor counted them. Where it would take more than 1 GB, 0 says that conjugate gradients met no negative curvature.
     pub counted: bool,
-    /// Number of load steps, 1 if the whole load was applied at once; includes those of the softer bodies that lead to
+    /// Number of load steps, 1 if the whole load was applied at once; includes those of the softer body that lead to
     /// a nearly incompressible one.
     pub load_steps: usize,
     /// Whether the search met an indefinite stiffness. By load steps, the body has snapped to another branch of

@@ -100,4 +100,19 @@ fn files_are_checked_when_read() {
     );
     let error = serde_json::from_str::<Topology>(&empty).unwrap_err();
     assert!(error.to_string().contains("0 edges cannot connect"), "{error}");
+    // Roots whose pairs would take 80 GB.
+    let many = 100_000;
+    let star = Topology {
+        real_nodes: many,
+        nodes: 2 * many,
+        senders: (1..2 * many).collect(),
+        receivers: (0..2 * many - 1).collect(),
+        roots_per_layer: vec![many],
+        clusters: vec![(0..many).collect()],
+    };
+    let error = star.validate().unwrap_err().to_string();
+    assert!(
+        error.starts_with("the 100000 roots of the last layer need 4999950000 edges"),
+        "{error}"
+    );
 }

@@ -8,7 +8,7 @@ use crate::gp::row::{Row, Run};
 use crate::gp::workers;
 use crate::program::Growing;
 use crate::{program, timing};
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use sinew_emulate::{Counter, Terminal};
@@ -62,10 +62,12 @@ pub fn reproduce_gp(options: &Options) -> Result<PathBuf> {
     for ((name, experiment), outcomes) in experiments.into_iter().zip(outcomes) {
         sections.extend(gather(name, experiment, outcomes, &mut growing.report.notes)?);
     }
-    let mut page = options.out.join("report.html");
+    let mut page = None;
     for section in sections {
-        page = growing.add(section, &options.out)?;
+        page = Some(growing.add(section, &options.out)?);
     }
+    let notes = growing.report.notes.join("\n");
+    let page = page.with_context(|| format!("no experiment has a result\n{notes}"))?;
     eprintln!("\n{}", growing.report.headline);
     Ok(page)
 }

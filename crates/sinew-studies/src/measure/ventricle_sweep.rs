@@ -4,7 +4,7 @@
 use super::organ::ventricle::{BULK_MODULUS, MMHG, scene, thetas};
 use super::organ::ventricles::ventricles;
 use crate::program::quantiles;
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use sinew_energy::metrics::mean_and_largest;
 use sinew_fem::{Options, SolveError, Solver};
 
@@ -50,6 +50,7 @@ pub(super) fn run() -> Result<()> {
             Err(other) => return Err(other.into()),
         }
     }
+    ensure!(!seconds.is_empty(), "no set was solved");
     let [median, most, all] = quantiles(seconds, [0.5, 0.9, 1.0]);
     println!(
         "{failed} of {} failed; seconds: median {median:.3?}, 90 % {most:.3?}, most {all:.3?}",

@@ -114,6 +114,8 @@ fn angles_count_towards_the_base() {
 fn sheets_turn_about_the_fibre() {
     let rule = FibreRule::new(0.0, 0.0).unwrap().with_sheets(90.0, -90.0).unwrap();
     close(&rule, 6.9, [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]);
+    close(&rule, 8.5, [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]);
+    close(&rule, 10.2, [[0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0]]);
 }
 
 #[test]

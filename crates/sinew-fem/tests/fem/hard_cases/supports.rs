@@ -195,6 +195,11 @@ fn contradictory_supports_are_refused_with_both_values() {
         "the support of `y_min` prescribes 0.25 along (1, 0, 0) for node 0, but it is held at 0 there by those of x_min; take the node out of one of the sets, or let the supports agree".into(),
     );
     assert_eq!(error, expected);
+    for [first, second] in [[0.1, 1000.0], [1e-20, 1.0], [1e308, -1e308]] {
+        let of = |set, u| Support::uniform(set, [Some(u); 3]);
+        let error = held_at(|_| false, vec![of("x_min", first), of("y_min", second)]).unwrap_err();
+        assert!(error.to_string().contains(&format!("held at {first} there")), "{error}");
+    }
 }
 
 #[test]
