@@ -66,10 +66,13 @@ impl<const D: usize> State<'_, D> {
             let (mut trace, sigma) = (0.0, self.noise[number]);
             for (own, row) in group.rows().enumerate() {
                 let diagonal = &mut cotangent[row * (size + 1)];
-                let slope = *diagonal * sigma * sigma / self.weights[number][own];
+                let share = factored.shares[row];
+                let noise =
+                    if share > 0.0 { 0.0 } else { sigma * sigma / self.weights[number][own] };
+                let slope = *diagonal * noise;
                 trace += slope;
                 group.weighted.iter().for_each(|first| gradient[first + own] -= slope);
-                *diagonal *= 1.0 + factored.jitter;
+                *diagonal *= 1.0 + share;
             }
             let slope = 2.0 * trace - group.scatter(sigma).1;
             group.learned.iter().for_each(|position| gradient[*position] += slope);

@@ -12,6 +12,9 @@ use std::f64::consts::PI;
 /// Jitter relative to each prior variance: first tried, and largest.
 pub(crate) const FIRST_JITTER: f64 = 1e-10;
 const LAST_JITTER: f64 = 1e-4;
+/// Jitter of observations with noise in units of that of exact ones, in place of less noise: values far larger than their errors
+/// keep these, and a few hundred rounding errors of their prior variance are covered.
+const NOISY: f64 = 1e-2;
 
 /// Observations from which on work is shared between threads.
 const PARALLEL_FROM: usize = 256;
@@ -26,6 +29,8 @@ pub(crate) struct Factored {
     /// L⁻¹ (y − mean).
     pub whitened: Vec<f64>,
     pub jitter: f64,
+    /// Share of its prior variance that each observation has for its noise; 0 where that is its own.
+    pub shares: Vec<f64>,
 }
 
 impl Factored {
@@ -168,15 +173,18 @@ impl<'a, const D: usize> State<'a, D> {
         let mut jitter = FIRST_JITTER;
         // Steps by factors of ten do not hit the last one exactly.
         while jitter <= LAST_JITTER * 2.0 {
-            let mut matrix = self.covariance();
-            for (row, sigma) in self.sigmas().enumerate() {
+            let (mut matrix, mut shares) = (self.covariance(), vec![0.0; size]);
+            for ((row, sigma), share) in self.sigmas().enumerate().zip(&mut shares) {
                 let diagonal = &mut matrix[row * (size + 1)];
-                *diagonal = *diagonal * (1.0 + jitter) + sigma * sigma;
+                let (least, own) =
+                    (if sigma > 0.0 { NOISY * jitter } else { jitter }, sigma * sigma);
+                *share = if own < least * *diagonal { least } else { 0.0 };
+                *diagonal += own.max(least * *diagonal);
             }
             if let Some(factor) = Factor::new(matrix, size, self.threads()) {
                 let mut whitened = self.residual();
                 factor.forward(&mut whitened);
-                return Ok(Factored { factor, whitened, jitter });
+                return Ok(Factored { factor, whitened, jitter, shares });
             }
             jitter *= 10.0;
         }

@@ -57,7 +57,7 @@ impl<const D: usize> Conditional<D> {
     }
 
     fn of(model: Arc<Model<D>>, parameters: &[f64]) -> Result<Self> {
-        let Factored { factor, whitened: mut weights, jitter } =
+        let Factored { factor, whitened: mut weights, jitter, .. } =
             State::new(&model, parameters)?.factored()?;
         factor.backward(&mut weights);
         Ok(Self { model, parameters: parameters.to_vec(), weights, factor, jitter })
@@ -168,6 +168,13 @@ impl<const D: usize> Conditional<D> {
         self.factor.forward(&mut column);
         let precision = column.iter().map(|x| x * x).sum::<f64>();
         [self.weights[row] / precision, precision.sqrt().recip()]
+    }
+
+    /// Difference of an exact observation from the posterior mean, for its jitter.
+    pub(crate) fn missed(&self, row: usize) -> f64 {
+        let entry = |column: usize| self.factor.column(column)[row - column];
+        let variance: f64 = (0..=row).map(|column| entry(column).powi(2)).sum();
+        self.weights[row] * self.jitter * variance
     }
 
     /// Standard deviation of an operator before the data, root mean square over points.
