@@ -7,7 +7,7 @@ pub(crate) mod warning;
 mod warnings;
 
 use crate::fit::optimise::{Maximum, maximise};
-use crate::{Conditional, Ensemble, FreeParameter, GpError, Model, Result};
+use crate::{Conditional, Ensemble, FreeParameter, GpError, Model, Result, Warning};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -79,8 +79,8 @@ pub struct Fit<const D: usize> {
     /// All restarts, in the order of their starts.
     pub restarts: Vec<Restart>,
     pub(crate) best: usize,
-    /// Collocation points that did not suffice.
-    pub(crate) unsettled: Option<usize>,
+    /// Why its points or steps did not suffice.
+    pub(crate) unsettled: Option<Warning>,
     /// Error of the equation where it was left out, before it was put into the model.
     pub(crate) hold_out: Option<HoldOut>,
     /// Parameters that the data do not tell, once sought.
@@ -105,8 +105,8 @@ impl<const D: usize> Model<D> {
     /// most probable of many.
     ///
     /// The best restart that did not collapse is taken, or the best if all did. Where the equation holds everywhere
-    /// ([`crate::Data::equation_everywhere`]), or has the same right-hand side at all of its points (ten or more), further points are
-    /// imposed where it is off, up to [`FitOptions::most_points`]. The error that is left, at points left out or in between, is
+    /// ([`crate::Data::equation_everywhere`]), or has the same right-hand side at all of its points (ten or more, in the box that they fill), further points are
+    /// imposed where it is off, up to [`FitOptions::most_points`], as long as they help. The error that is left, at points left out or in between, is
     /// taken for noise of the equation, so that intervals and bands are as wide as it leaves them.
     ///
     /// # Errors
@@ -123,7 +123,7 @@ impl<const D: usize> Model<D> {
             return Ok(fit);
         }
         let aim = fit.model().aim();
-        let (mut error, mut idle) = (f64::INFINITY, 0);
+        let (mut error, mut idle, mut best) = (f64::INFINITY, 0, None);
         for round in 0.. {
             let Some(mut found) = fit.left_out()? else { return Ok(fit) };
             if round == 0 && found.residual > aim * found.term {
@@ -131,14 +131,19 @@ impl<const D: usize> Model<D> {
             }
             let now = found.residual / found.term;
             idle = if now <= BETTER * error { 0 } else { idle + 1 };
+            if best.is_none() || now < error {
+                best = Some((fit.clone(), found));
+            }
             error = error.min(now);
             let more = match now <= aim || round == ROUNDS || idle == 3 {
                 true => None,
                 false => fit.with_more_points(options.most_points, round)?,
             };
             let Some(model) = more else {
-                let open = fit.model().source.is_some() && now > aim;
-                fit.unsettled = open.then_some(fit.model().places().len());
+                let open = fit.model().source.is_some() && error > aim;
+                let points = fit.model().places().len();
+                let (mut fit, found) = best.expect("a first fit");
+                fit.unsettled = open.then(|| Warning::of_points(points, options.most_points));
                 return fit.with_equation_error(found, options.iterations);
             };
             let mut starts = model.random_starts(options);
@@ -213,7 +218,8 @@ impl<const D: usize> Model<D> {
             .max_by(|a, b| rank(&restarts[*a]).partial_cmp(&rank(&restarts[*b])).expect("numbers"))
             .expect("a start");
         // Until more points of an equation everywhere have left the answer as it is.
-        let unsettled = model.source.as_ref().map(|_| model.places().len());
+        let points = model.source.as_ref().map(|_| model.places().len());
+        let unsettled = points.map(|points| Warning::Unsettled { points });
         if let Err(last) = &restarts[best].outcome {
             return Err(GpError::Invalid(format!(
                 "none of {} restarts reached a finite evidence; narrow the bounds of the parameters or add noise; the last one: {last}",

@@ -15,6 +15,7 @@ use crate::{
     Data, Evaluation, Evidence, Field, FreeParameter, GpError, Hyperparameter, Hyperprior, Measure,
     Noise, Parameter, Prior, Result,
 };
+use sinew_sample::quantile;
 use std::sync::Arc;
 
 /// A positive number, with bounds and starts in units of `unit`.
@@ -44,6 +45,8 @@ pub struct Model<const D: usize> {
     pub(crate) evidence: Evidence,
     /// Right-hand side of an equation that holds everywhere.
     pub(crate) source: Option<Field<D>>,
+    /// Right-hand side that is the same at all points of the equation, and the box that these fill.
+    pub(crate) even: Option<(f64, [[f64; 2]; D])>,
     /// All data, for models with more points.
     pub(crate) given: Vec<Group<D>>,
     /// Plans of each part between legs at `[first · legs + second]`.
@@ -94,6 +97,7 @@ impl<const D: usize> Model<D> {
         let evidence = evidence.resolve(&compiled, theta.len());
         let mut model = Self {
             source: None,
+            even: None,
             given,
             plans: plans(&prior, &compiled, 0),
             prior,
@@ -108,7 +112,7 @@ impl<const D: usize> Model<D> {
         };
         model.lay_out_parameters();
         model.check_parameters()?;
-        Ok(model)
+        Ok(Self { even: model.even_source(), ..model })
     }
 
     /// The model with one more group of values, which come after its data and are none of them.
@@ -229,7 +233,9 @@ impl<const D: usize> Model<D> {
                 group.learned = Some(parameters.len());
                 // Of conditions that are all zero, what functions of the data's size would break them by.
                 let broken = || scale * largest(&group.operator_sizes(&middle));
-                let scale = spread(&group.given.values).unwrap_or_else(broken);
+                let (values, heavy) = (&group.given.values, group.given.noise != Noise::Learned);
+                let bulk = Some(bulk(values)[1]).filter(|deviation| heavy && *deviation > 0.0);
+                let scale = bulk.or_else(|| spread(values)).unwrap_or_else(broken);
                 let hyperprior = match group.given.role {
                     Role::Observed => Hyperprior::about(NOISE_MEDIAN * scale, NOISE_DEVIATION),
                     Role::Imposed => Hyperprior::Flat,
@@ -240,12 +246,19 @@ impl<const D: usize> Model<D> {
         }
         // Weights last: they are nobody's result.
         for group in &mut self.groups {
-            let Noise::StudentT(freedom) = group.given.noise else { continue };
+            let (Noise::StudentT(freedom), Some(learned)) = (group.given.noise, group.learned)
+            else {
+                continue;
+            };
             group.weighted = Some(parameters.len());
             let hyperprior = Hyperprior::Gamma { shape: 0.5 * freedom };
-            for value in 0..group.given.values.len() {
+            let (median, [_, error]) = (bulk(&group.given.values)[0], parameters[learned].start);
+            for (value, y) in group.given.values.iter().enumerate() {
                 let name = format!("weight {value} of {}", noise_name(group.number));
-                parameters.push(positive(name, 1.0, WEIGHT, hyperprior));
+                // As small as where u tells nothing of the values, so that no start has an outlier in u.
+                let least = (freedom + 1.0) / (freedom + ((y - median) / error).powi(2));
+                let ends = [WEIGHT, [least.clamp(WEIGHT[0], 1.0), 1.0]];
+                parameters.push(positive(name, 1.0, ends, hyperprior));
             }
         }
         self.parameters = parameters;
@@ -322,9 +335,11 @@ const NOISE: [[f64; 2]; 2] = [[1e-5, 2.0], [0.01, 0.1]];
 /// all; without a belief these would be taken for next to nothing.
 const NOISE_MEDIAN: f64 = 0.05;
 const NOISE_DEVIATION: f64 = 1.5;
+/// Median of the size of a standard normal variate.
+pub(crate) const MEDIAN: f64 = 0.6745;
 
 /// Weights of values: of one a million standard deviations off, to one closer than any.
-const WEIGHT: [[f64; 2]; 2] = [[1e-12, 10.0], [0.5, 1.0]];
+const WEIGHT: [f64; 2] = [1e-12, 10.0];
 
 /// Points that an equation everywhere begins with, for each dimension, and the seed of their places.
 pub(crate) const FIRST_POINTS: usize = 15;
@@ -344,6 +359,13 @@ pub(crate) fn spread(values: &[f64]) -> Option<f64> {
     let mean = values.iter().sum::<f64>() / count;
     let deviation = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt();
     [deviation, mean.abs()].into_iter().find(|s| *s > 0.0)
+}
+
+/// Median of values, and the standard deviation of normal ones with the same median distance from it: without those far off.
+fn bulk(values: &[f64]) -> [f64; 2] {
+    let centre = quantile(values, 0.5);
+    let distances: Vec<f64> = values.iter().map(|v| (v - centre).abs()).collect();
+    [centre, quantile(&distances, 0.5) / MEDIAN]
 }
 
 /// Adds a group whose rows and legs follow those of all others; its first leg.

@@ -15,7 +15,7 @@ use crate::model::data::{NO_DATA, Role, check, largest};
 use crate::model::{FIRST_POINTS, POINTS_SEED};
 use crate::{
     Conditional, Data, Derivative, Domain, Evidence, Fit, FitOptions, Formula, GpError, Model,
-    Parameter, Prior, Problem, Series,
+    Parameter, Prior, Problem, Series, Warning,
 };
 use std::sync::Arc;
 
@@ -223,7 +223,8 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
                 false => Vec::new(),
             };
             if chosen.is_empty() {
-                solution.fit.unsettled = Some(at.len());
+                let warning = Warning::of_points(at.len(), options.most_points);
+                solution.fit.unsettled.get_or_insert(warning);
                 break;
             }
             at.extend(chosen.iter().map(|candidate| candidate.at));
@@ -291,7 +292,11 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
             change = each.fold(relative_change(&values[0], &updated[0]), f64::max);
             taken += 1;
             if change < CONVERGED || taken >= task.steps {
-                return Ok(Solution { fit, steps: taken, change });
+                let mut solution = Solution { fit, steps: taken, change };
+                if !solution.has_converged() {
+                    solution.fit.unsettled = Some(Warning::NotConverged { steps: taken, change });
+                }
+                return Ok(solution);
             }
             (values, theta) = (updated, now);
             parameters = Some(fit.outcome().parameters.clone());

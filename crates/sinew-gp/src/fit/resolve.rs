@@ -6,6 +6,7 @@ use crate::model::compile::Compiled;
 use crate::model::data::{Group, Role, root_mean_square};
 use crate::{Data, Domain, Fit, FitOptions, GpError, Model, Noise, Operator, Prior, Result, Side};
 use rayon::prelude::*;
+use sinew_sample::quantile;
 use std::sync::Arc;
 
 /// Points that are left out at most, for time.
@@ -16,8 +17,12 @@ const SEED: u64 = 0x0a11;
 /// Share of the left-hand side's standard deviation before the data below which terms count as zero: a residual is not held
 /// against what is next to nothing.
 const NOTHING: f64 = 1e-3;
-/// Points at which a right-hand side is the same, from which on it is taken to be the same everywhere.
+/// Number of places for each of them where a right-hand side is looked for beyond its range there, by more than that range.
+const FINER: usize = 10;
+/// Points at which a right-hand side is the same, from which on it is taken to be the same in the box that they fill.
 const EVEN: usize = 10;
+/// Distance of the box's faces from the points, in units of that of as many evenly spread ones.
+const MARGIN: f64 = 0.5;
 
 /// A place where the equation may be imposed.
 pub(crate) struct Candidate<const D: usize> {
@@ -75,7 +80,22 @@ impl<const D: usize> Model<D> {
     /// Model of the same equation with another prior or more points.
     fn rebuilt(&self, prior: Prior<D>, groups: Vec<Group<D>>) -> Result<Self> {
         let model = Self::new(prior, Data { groups, everywhere: None }, self.evidence)?;
-        Ok(Self { source: self.source.clone(), ..model })
+        Ok(Self { source: self.source.clone(), even: self.even, ..model })
+    }
+
+    /// The right-hand side that is the same at all points of an exact equation, and the box that they fill.
+    pub(crate) fn even_source(&self) -> Option<(f64, [[f64; 2]; D])> {
+        let mut equations = self.equations();
+        let Group { values, noise, legs, .. } = &equations.next()?.given;
+        let even = values.len() >= EVEN && values.iter().all(|value| *value == values[0]);
+        let ends = |d: usize| {
+            let along: Vec<f64> = legs[0].1.iter().map(|x| x[d]).collect();
+            let [lower, upper] = [0.0, 1.0].map(|share| quantile(&along, share));
+            let margin = MARGIN * (upper - lower) * (values.len() as f64).powf(-1.0 / D as f64);
+            [lower - margin, upper + margin]
+        };
+        let alone = *noise == Noise::Exact && equations.next().is_none();
+        (even && alone).then(|| (values[0], std::array::from_fn(ends)))
     }
 
     pub(super) fn check_memory(&self, options: &FitOptions) -> Result<()> {
@@ -145,18 +165,27 @@ impl<const D: usize> Fit<D> {
     /// Places with the residual of the equation there, where its right-hand side is known; else none.
     pub(crate) fn candidates(&self, seed: u64) -> Result<Vec<Candidate<D>>> {
         let model = self.model();
-        let mut exact = model.equations();
-        let Some(group) = exact.next() else { return Ok(Vec::new()) };
-        let (f, count) = (group.given.values[0], group.given.values.len());
-        let even = count >= EVEN && group.given.values.iter().all(|value| *value == f);
-        let even = even && group.given.noise == Noise::Exact && exact.next().is_none();
-        let source = |x: &[f64; D]| model.source.as_ref().map(|source| source.value(*x));
-        let known = |x: &[f64; D]| source(x).or(even.then_some(f));
-        let places = model.prior.domain.sample(PLACES, seed)?;
-        let values: Vec<f64> = places.iter().filter_map(known).collect();
-        if values.len() < places.len() {
+        if model.source.is_none() && model.even.is_none() {
             return Ok(Vec::new());
         }
+        let inside = |x: &[f64; D], ends: &[[f64; 2]; D]| {
+            x.iter().zip(ends).all(|(x, [lower, upper])| lower <= x && x <= upper)
+        };
+        let known = |x: [f64; D]| {
+            let f = match &model.source {
+                Some(source) => source.value(x),
+                None => model.even.filter(|(_, ends)| inside(&x, ends))?.0,
+            };
+            Some((x, f))
+        };
+        let places = model.prior.domain.sample(FINER * PLACES, seed)?.into_iter();
+        let mut places: Vec<([f64; D], f64)> = places.filter_map(known).collect();
+        let finer = places.split_off(PLACES.min(places.len()));
+        let seen: Vec<f64> = places.iter().map(|(_, f)| *f).collect();
+        let [lower, upper] = [0.0, 1.0].map(|share| quantile(&seen, share));
+        let near = 2.0 * lower - upper..=2.0 * upper - lower;
+        places.extend(finer.into_iter().filter(|(_, f)| !near.contains(f)));
+        let (places, values): (Vec<_>, Vec<_>) = places.into_iter().unzip();
         let found = self.conditional()?.mean_of(&model.prior.equation, &places)?;
         let each = places.into_iter().zip(values).zip(found);
         Ok(each.map(|((at, value), u)| Candidate { at, value, residual: u - value }).collect())
@@ -167,9 +196,6 @@ impl<const D: usize> Fit<D> {
     pub(super) fn with_more_points(&self, most: usize, round: u64) -> Result<Option<Model<D>>> {
         let model = self.model();
         let known = model.places();
-        if model.source.is_none() && known.len() < EVEN {
-            return Ok(None);
-        }
         let room = most.saturating_sub(known.len());
         let wanted = ((GROWTH * known.len() as f64) as usize).max(2).min(room);
         let chosen = spread_out(self.candidates(round)?, &known, wanted, &model.prior.domain);

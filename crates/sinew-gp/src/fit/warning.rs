@@ -81,6 +81,23 @@ pub enum Warning {
         "intervals still move with {points} collocation points; raise `FitOptions::most_points`, or stretch the axis by `Prior::stretched` where the solution is steep"
     )]
     Unsettled { points: usize },
+    /// An equation that more collocation points left as far off as it was.
+    #[error(
+        "the equation is off between {points} collocation points, and more of them did not help: it has no solution with these conditions, or one that the kernel does not resolve; stretch the axis by `Prior::stretched` where that is steep, or take a rougher kernel"
+    )]
+    Stalled { points: usize },
+    /// Linearisations of [`crate::SemiLinear`] that did not converge.
+    #[error(
+        "u changed by {change:.1e} of its size in the last of {steps} linearisations: too few steps, or no solution near the start; take more, or `SemiLinear::solve_from` the solution of an easier equation"
+    )]
+    NotConverged { steps: usize, change: f64 },
+}
+
+impl Warning {
+    /// Warning of an equation that is off between so many points, of so many at most.
+    pub(crate) fn of_points(points: usize, most: usize) -> Self {
+        if points < most { Self::Stalled { points } } else { Self::Unsettled { points } }
+    }
 }
 
 fn and_others(others: usize) -> String {

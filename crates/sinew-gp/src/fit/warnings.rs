@@ -2,8 +2,9 @@
 
 use crate::fit::HoldOut;
 use crate::fit::warning::Warning;
+use crate::model::MEDIAN;
 use crate::model::compile::Compiled;
-use crate::model::data::{Role, noise_name};
+use crate::model::data::{Role, largest, noise_name};
 use crate::{Fit, Model, Noise, Result};
 
 /// Values below which a level of noise is mostly what is believed of it: the standard deviation of its logarithm from n
@@ -24,9 +25,10 @@ const LEAST_FAR: f64 = 2.0;
 const STUDENTISED: f64 = 6.0;
 /// Values from which on their median is known well enough.
 const ENOUGH: usize = 8;
-/// Median of the size of a standard normal variate, and least share of it that counts.
-const MEDIAN: f64 = 0.6745;
+/// Least share of the median of the size of a standard normal variate that counts.
 const SMALLEST: f64 = 1e-3;
+/// Share of the largest of exact values from which on one that is missed contradicts others.
+const MISSED: f64 = 1e-3;
 
 impl<const D: usize> Fit<D> {
     /// Warnings about the fit; empty if no fault was found. Takes about as many evaluations of the evidence's gradient as the fit of
@@ -57,7 +59,7 @@ impl<const D: usize> Fit<D> {
         warnings.extend(self.silent()?.iter().map(|k| model.unidentified(*k)));
         warnings.extend(self.unresolved()?);
         warnings.extend(self.outliers()?);
-        warnings.extend(self.unsettled.map(|points| Warning::Unsettled { points }));
+        warnings.extend(self.unsettled.clone());
         Ok(warnings)
     }
 
@@ -68,13 +70,12 @@ impl<const D: usize> Fit<D> {
         Ok(large.map(|HoldOut { at, residual, term }| Warning::Unresolved { at, residual, term }))
     }
 
-    /// The value of each group of measurements that the others predict worst, if that is too bad to be chance.
+    /// The value of each group, but for those of the equation, that the others predict worst, if that is too bad to be chance.
     fn outliers(&self) -> Result<Vec<Warning>> {
         let (model, conditional) = (self.model(), self.conditional()?);
         let mut outliers = Vec::new();
-        let noisy =
-            |g: &&Compiled<D>| g.given.role == Role::Observed && g.given.noise != Noise::Exact;
-        for group in model.groups.iter().filter(noisy) {
+        let of_values = |g: &&Compiled<D>| g.given.operator.is_some() && !g.given.values.is_empty();
+        for group in model.groups.iter().filter(of_values) {
             let score = |row: usize| {
                 let [residual, deviation] = conditional.left_out(row);
                 residual / deviation
@@ -94,7 +95,14 @@ impl<const D: usize> Fit<D> {
                 let masked = z.abs() > FAR_LEARNED * typical && z.abs() > LEAST_FAR;
                 z.abs() > FAR || learned && (masked || z.abs() > STUDENTISED * others(z))
             };
-            let found: Vec<(usize, f64)> = scores.into_iter().filter(|(_, z)| far(*z)).collect();
+            let missed = |own: usize| {
+                let off = conditional.missed(group.offset + own).abs();
+                off > MISSED * largest(&group.given.values).max(off)
+            };
+            let counts = |(own, z): &(usize, f64)| {
+                far(*z) && (group.given.noise != Noise::Exact || missed(*own))
+            };
+            let found: Vec<(usize, f64)> = scores.into_iter().filter(counts).collect();
             let worst = found.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
             let Some((value, z)) = worst.copied() else { continue };
             let (noise, at) = (noise_name(group.number), group.given.points()[value].to_vec());

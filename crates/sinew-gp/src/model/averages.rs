@@ -15,6 +15,9 @@ impl<const D: usize> Data<D> {
     /// Groups with fewer than four values for a cell, exact ones, and sums stay as they are. 150 cells suffice where u has no
     /// more than a wave or two along each axis; compare with twice as many.
     ///
+    /// # Panics
+    /// If there is no cell.
+    ///
     /// ```
     /// use sinew_gp::{Data, Domain, Noise};
     ///
@@ -24,8 +27,9 @@ impl<const D: usize> Data<D> {
     /// # Ok::<(), sinew_gp::GpError>(())
     /// ```
     pub fn averaged(&self, cells: usize) -> Self {
+        assert!(cells > 0, "values are averaged over one cell at least");
         let average = |group: &Group<D>| {
-            let many = group.values.len() >= 4 * (D + 1) * cells.max(1);
+            let many = group.values.len() >= 4 * (D + 1) * cells;
             let noisy = matches!(group.noise, Noise::Known(_) | Noise::Learned);
             let whole = group.points().len() == group.values.len()
                 && group.points().iter().flatten().chain(&group.values).all(|v| v.is_finite());
@@ -119,6 +123,7 @@ fn averaged<const D: usize>(group: &Group<D>, count: usize) -> Group<D> {
     }
     let freedom = (group.values.len() - cells.len() * (D + 1)) as f64;
     let legs = points.into_iter().map(|points| (0.5 / D as f64, points)).collect();
-    let averages = Some(Averages { counts, squares, freedom });
+    let places = group.points().into();
+    let averages = Some(Averages { places, counts, squares, freedom });
     Group { legs, values, averages, ..group.clone() }
 }

@@ -2,6 +2,7 @@
 
 use crate::error::{Result, check_lengths, place};
 use crate::{Domain, Field, Functional, GpError, Operator};
+use std::sync::Arc;
 
 /// Standard deviation of the error of observations.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,7 +42,7 @@ pub(crate) struct Group<const D: usize> {
     pub noise: Noise,
     pub role: Role,
     /// Statistics of the averages, if each value is a mean of many.
-    pub averages: Option<Averages>,
+    pub averages: Option<Averages<D>>,
 }
 
 impl<const D: usize> Group<D> {
@@ -51,7 +52,7 @@ impl<const D: usize> Group<D> {
     }
 
     /// Refuses noise-free values that differ by more than neighbours can: jitter would let them pass for their mean.
-    fn check_contradictions(&self, number: usize, domain: &Domain<D>) -> Result<()> {
+    fn check_contradictions(&self, whose: &str, domain: &Domain<D>) -> Result<()> {
         if self.legs.len() > 1 {
             return Ok(());
         }
@@ -72,7 +73,7 @@ impl<const D: usize> Group<D> {
                 let difference = (self.values[second] - self.values[first]).abs();
                 ensure!(
                     difference <= most * (STEEPEST * domain.apart(here, there)).max(SAME),
-                    "values {first} and {second} of observation group {number} at {} and {} are noise-free and differ by {difference:e}, more than neighbours can; keep one, or give them noise",
+                    "values {first} and {second} of {whose} at {} and {} are noise-free and differ by {difference:e}, more than neighbours can; keep one, or give them noise",
                     place(here),
                     place(there)
                 );
@@ -84,7 +85,9 @@ impl<const D: usize> Group<D> {
 
 /// Statistics of values that were averaged.
 #[derive(Clone, Debug)]
-pub(crate) struct Averages {
+pub(crate) struct Averages<const D: usize> {
+    /// Places of all values.
+    pub places: Arc<[[f64; D]]>,
     /// Number of values of each mean.
     pub counts: Vec<f64>,
     /// Sum of squares of the residuals of the values about a linear function in each cell.
@@ -127,7 +130,7 @@ impl<const D: usize> Data<D> {
     }
 
     /// Adds values of the right-hand side f of the problem's equation at collocation points. One that is the same at ten exact points
-    /// or more is taken to be the same in between, where [`crate::Model::fit`] adds points ([`crate::FitOptions::most_points`]).
+    /// or more is taken to be the same in the box that they fill, where [`crate::Model::fit`] adds points ([`crate::FitOptions::most_points`]).
     pub fn equation(self, points: &[[f64; D]], values: &[f64], noise: Noise) -> Self {
         self.group(None, points, values, noise, Role::Imposed)
     }
@@ -249,24 +252,34 @@ pub(crate) fn check<const D: usize>(groups: &[Group<D>], domain: &Domain<D>) -> 
                     "{what} number {index} of observation group {number} is {found}; remove it from the data"
                 );
             }
-            // Points that stand for many may lie anywhere; rounding leaves those of the boundary next to it.
-            for point in points().filter(|_| group.averages.is_none()) {
-                ensure!(
-                    domain.contains_within(*point, 1e-9),
-                    "point {index} of observation group {number} {} lies outside the domain; check its unit, or remove it",
-                    place(point)
-                );
-            }
         }
-        match group.noise {
-            Noise::Exact => group.check_contradictions(number, domain)?,
-            Noise::Known(sigma) => ensure!(
-                sigma.is_finite() && sigma > 0.0,
-                "noise of standard deviation {sigma}; give a finite one above 0, or `Noise::Exact`"
-            ),
-            Noise::Learned => ensure!(
+        // Points that stand for many may lie anywhere.
+        let places = match &group.averages {
+            Some(averages) => vec![&averages.places[..]],
+            None => group.legs.iter().map(|(_, points)| &points[..]).collect(),
+        };
+        for (index, point) in places.iter().flat_map(|points| points.iter().enumerate()) {
+            // Rounding leaves points of the boundary next to it.
+            ensure!(
+                domain.contains_within(*point, 1e-9),
+                "point {index} of observation group {number} {} lies outside the domain; check its unit, or remove it",
+                place(point)
+            );
+        }
+        if let Noise::Learned | Noise::StudentT(_) = group.noise {
+            ensure!(
                 !group.points().is_empty(),
                 "observation group {number} has no points, so that its noise cannot be learned; leave it out"
+            );
+        }
+        match group.noise {
+            Noise::Exact if group.operator.is_some() => {
+                group.check_contradictions(&format!("observation group {number}"), domain)?;
+            }
+            Noise::Exact | Noise::Learned => {}
+            Noise::Known(sigma) => ensure!(
+                (sigma * sigma).is_finite() && sigma > 0.0,
+                "noise of standard deviation {sigma:e}; give one above 0 with a finite square, or `Noise::Exact`"
             ),
             Noise::StudentT(freedom) => ensure!(
                 freedom.is_finite() && freedom >= 1.0,
@@ -275,7 +288,12 @@ pub(crate) fn check<const D: usize>(groups: &[Group<D>], domain: &Domain<D>) -> 
             ),
         }
     }
-    Ok(())
+    // All groups of the equation have one right-hand side.
+    let equation = groups.iter().filter(|g| g.operator.is_none() && g.noise == Noise::Exact);
+    let places: Vec<_> = equation.clone().flat_map(|group| group.points()).copied().collect();
+    let values: Vec<f64> = equation.flat_map(|group| &group.values).copied().collect();
+    let all = Data::new().equation(&places, &values, Noise::Exact);
+    all.groups[0].check_contradictions("the equation", domain)
 }
 
 /// Name of the noise of a group of observations, by which messages call the group.

@@ -239,7 +239,7 @@ fn hard_cases_are_right_or_typed_errors() {
     let lengths = solve(base.clone().values(&[[0.4]], &[], Noise::Learned)).unwrap_err();
     says(&lengths, "1 points but 0 values");
     let noise = solve(base.values(&[[0.4]], &[0.1], Noise::Known(0.0))).unwrap_err();
-    says(&noise, "noise of standard deviation 0;");
+    says(&noise, "noise of standard deviation 0e0;");
 }
 
 #[test]

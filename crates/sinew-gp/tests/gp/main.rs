@@ -10,6 +10,7 @@ mod edges;
 mod ensembles;
 mod exactness;
 mod examples;
+mod faults;
 mod front;
 mod hard_cases;
 mod honesty;
