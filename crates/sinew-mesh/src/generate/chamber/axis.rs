@@ -122,7 +122,7 @@ impl Axis {
     }
 }
 
-/// The middle of edges, weighted by their lengths; none where they have no length.
+/// The middle of edges, longer ones with more weight; none where they have no length.
 fn middle(edges: impl Iterator<Item = [Point; 2]> + Clone) -> Option<Point> {
     let length: f64 = edges.clone().map(|[a, b]| (b - a).norm()).sum();
     let sum: Point = edges.map(|[a, b]| (a + b) * ((b - a).norm() / 2.0)).sum();
