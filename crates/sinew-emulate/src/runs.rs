@@ -166,7 +166,10 @@ struct Description {
     seed: u64,
     parameters: Vec<Axis>,
     left_out: Vec<LeftOut>,
+    /// Version 0.1.0 stored neither of these two.
+    #[serde(default)]
     warnings: Vec<String>,
+    #[serde(default)]
     correlation: Vec<Vec<f64>>,
 }
 
@@ -219,6 +222,12 @@ impl RunsEmulator {
             let of = partitions.iter().zip(&errors);
             let left = of.map(|(groups, errors)| LeftOut::of(output, &values, groups, errors));
             let left = left.reduce(LeftOut::or_larger).expect("runs are left out alone");
+            require_usable(left.r_squared().is_finite(), || {
+                let LeftOut { name, deviation, .. } = &left;
+                format!(
+                    "the standard deviation of {name} over the runs is {deviation:e}; give values that differ, of order one"
+                )
+            })?;
             Ok(((regression, conditional), (left, errors.concat())))
         };
         let found: Result<Vec<_>> = outputs.par_iter().map(fit).collect();
@@ -240,7 +249,10 @@ impl RunsEmulator {
 
     /// Correlation of the errors of two numbers, by the places of their outputs: that of the errors left out.
     pub fn correlation(&self, one: usize, other: usize) -> f64 {
-        self.correlation[one][other]
+        match self.correlation.get(one) {
+            Some(row) => row[other],
+            None => f64::from(u8::from(one == other)),
+        }
     }
 
     /// Errors of runs left out, output by output.

@@ -6,9 +6,9 @@ use crate::npz;
 use crate::stresses::{StressField, add_stresses, stress_fields};
 use crate::theta::heads;
 use sinew_emulate::Simulations;
-use sinew_energy::Body;
 pub use sinew_energy::metrics::mean_and_largest;
 use sinew_energy::metrics::volume_ratios;
+use sinew_energy::{Body, Unit};
 use sinew_fem::{CellStress, mixed_stresses};
 use sinew_mesh::{AnyMesh, DISPLACEMENT, Field, MeshError, to_npy, to_npy_of};
 use sinew_report::format::digits;
@@ -305,7 +305,10 @@ pub(crate) fn write_series(
 }
 
 /// Removes what an earlier run wrote, and nothing else.
-fn clear(folder: &Path) -> io::Result<()> {
+///
+/// # Errors
+/// A folder that is not there, a file that cannot be removed.
+pub fn clear(folder: &Path) -> io::Result<()> {
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -339,5 +342,6 @@ pub fn least_and_largest_ratio(body: &Body, displacement: &[f64]) -> [f64; 2] {
 /// Mean and largest nodal displacement for people: `mean 15.47 mm, largest 37.50 mm`.
 pub fn displacement_in_words(displacement: &[f64], unit: &str) -> String {
     let [mean, largest] = mean_and_largest(displacement).map(|length| digits(length, 4));
-    format!("mean {mean} {unit}, largest {largest} {unit}")
+    let unit = Unit::from(unit).suffix();
+    format!("mean {mean}{unit}, largest {largest}{unit}")
 }

@@ -11,11 +11,14 @@ use sinew_emulate::{Output, Predicted, RunsEmulator, share_of};
 use sinew_energy::{Parameter, Unit};
 use sinew_mesh::{AnyMesh, DISPLACEMENT, Field, MeshError, to_npy};
 use std::collections::HashMap;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 /// Distance from the points of a mesh over their size below which vectors are positions: a displacement that doubles all coordinates in
 /// every run is none of a body.
 const NEAR_POINTS: f64 = 0.5;
+/// Largest magnitudes of values whose squares, and those of errors of 1e-16 of them, are numbers.
+const SIZES: RangeInclusive<f64> = 1e-100..=1e100;
 
 /// Runs with their parameters, whose ranges are those of the runs.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,14 +91,14 @@ impl Runs {
                 return Err(said(reason.into()));
             }
         }
-        let output = Output { name: "displacement".into(), unit: "mm".into(), values };
+        let output = Output { name: "displacement".into(), unit: "1".into(), values };
         let runs = table.runs(&inputs, table.numbers(&inputs)?, vec![output])?;
         let mesh = first.expect("runs have files");
         runs.on(mesh).map_err(|reason| table.error(0, reason))
     }
 
     /// Reads an archive of `numpy.savez`: `theta` (runs × parameters) and `displacements` (runs × nodes × 3), in the order of the
-    /// nodes of a mesh file and in its unit. `parameters` lists their names, with units if any: `mu [kPa],lambda [kPa]`.
+    /// nodes of a mesh file and in its unit, which no file names. `parameters` lists their names, with units if any: `mu [kPa],lambda [kPa]`.
     ///
     /// # Errors
     /// A file that cannot be read, arrays whose shapes do not fit each other or the mesh, and as [`Runs::read_table`].
@@ -124,7 +127,7 @@ impl Runs {
         }
         let thetas = theta.chunks(count).map(<[f64]>::to_vec).collect();
         let values = fields.chunks(3 * points).map(<[f64]>::to_vec).collect();
-        let output = Output { name: "displacement".into(), unit: "mm".into(), values };
+        let output = Output { name: "displacement".into(), unit: "1".into(), values };
         let runs = Self::new(&heads, thetas, vec![output], |run| format!("run {run}"));
         runs.and_then(|runs| runs.on(read)).map_err(|reason| at(path, reason))
     }
@@ -148,7 +151,7 @@ impl Runs {
     /// Runs by names and units of their parameters; `said` names a run in errors.
     ///
     /// # Errors
-    /// Too few runs, two with the same parameters, a parameter or output with one value only or with one that is not finite.
+    /// Too few runs, two with the same parameters, a parameter or output with one value only, with one that is not finite, or far from order one.
     pub fn new(
         heads: &[(&str, &str)],
         thetas: Vec<Vec<f64>>,
@@ -172,6 +175,11 @@ impl Runs {
             }
         }
         for Output { name, values, .. } in &outputs {
+            let unusable = |of: &Vec<f64>| of.iter().any(|value| !value.is_finite());
+            if let Some(run) = values.iter().position(unusable) {
+                let (run, advice) = (said(run), "leave failed runs out");
+                return Err(format!("{run} has values of {name} that are not finite; {advice}"));
+            }
             match values.first().map_or(&[][..], |first| &first[..]) {
                 [] => return Err(format!("`{name}` is empty")),
                 [_] => varied(name, &values.concat())?,
@@ -182,6 +190,7 @@ impl Runs {
                 }
                 _ => {}
             }
+            sized(name, values.iter().flatten())?;
         }
         let mut seen = HashMap::new();
         for (run, theta) in thetas.iter().enumerate() {
@@ -197,6 +206,7 @@ impl Runs {
         let range = |(place, &(name, unit)): (usize, &(&str, &str))| {
             let values: Vec<f64> = thetas.iter().map(|theta| theta[place]).collect();
             varied(name, &values)?;
+            sized(name, &values)?;
             Ok(parameter(name, unit, values))
         };
         let parameters = heads.iter().enumerate().map(range).collect::<Result<_, String>>()?;
@@ -319,6 +329,17 @@ fn varied(name: &str, values: &[f64]) -> Result<(), String> {
             Err(format!("`{name}` is {first} in all runs; leave it out (--parameters, --outputs)"))
         }
         false => Ok(()),
+    }
+}
+
+/// Requires values whose squares are numbers.
+fn sized<'v>(name: &str, values: impl IntoIterator<Item = &'v f64>) -> Result<(), String> {
+    let largest = values.into_iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+    match SIZES.contains(&largest) {
+        true => Ok(()),
+        false => Err(format!(
+            "the largest magnitude of {name} is {largest:.1e}: choose units in which the values are of order one"
+        )),
     }
 }
 

@@ -20,12 +20,14 @@ const CHECKED: usize = 100;
 const DEGREE: usize = 8;
 /// Largest error that a page may add, relative to the emulator's own.
 const MOST_ADDED: f64 = 1.0 / 3.0;
+/// Error that a page may always add, relative to the displacement: it cannot be seen.
+const INVISIBLE: f64 = 1e-6;
 
 const NO_SURFACE: &str =
     "the body has no surface to be shown; a page needs a mesh of tetrahedra or hexahedra";
 const NOT_MEASURED: &str = "the emulator was not measured on held-out cases, so the error that a page adds cannot be judged; train it by a recipe";
 
-/// Rounding error of the page's displacements \[relative to their norm\], below 1e-6, which is invisible.
+/// Rounding error of the page's displacements \[relative to their norm\], below [`INVISIBLE`].
 const ROUNDING: f64 = 8e-7;
 
 /// An emulator as a page: its displacements at the surface, stress or fibres, cavities, and its error over θ.
@@ -37,7 +39,7 @@ const ROUNDING: f64 = 8e-7;
 /// Same seed, same page.
 ///
 /// # Errors
-/// An emulator that adds more than a third of its own error when it is regressed, a body that has no surface, predictions of which
+/// An emulator that adds more than a third of its own error, and than 1e-6, when it is regressed, a body that has no surface, predictions of which
 /// most invert cells.
 pub fn viewer(emulator: &Emulator<'_>, seed: u64, observer: &mut dyn Observer) -> Result<Viewer> {
     let body = emulator.body();
@@ -112,7 +114,7 @@ impl Motion {
         let shown = Compact::of(regression, None, &fitted.thetas, ROUNDING)?;
         let added = relative(&shown, checked, at)?;
         // Written so that a NaN is refused as well.
-        let bearable = added <= MOST_ADDED * own;
+        let bearable = added <= INVISIBLE.max(MOST_ADDED * own);
         if !bearable {
             return Err(Error::Refused(format!(
                 "a page cannot hold this emulator: a regression of {PREDICTIONS} of its predictions is {added:.1e} of the displacement off \

@@ -228,7 +228,7 @@ impl Training {
     pub fn recipe(&self) -> Recipe {
         match self.recipe_name() {
             RecipeName::Auto => {
-                let rivals = vec![self.data_driven(None).into()];
+                let rivals = vec![self.data_driven().into()];
                 Auto { regression: self.regression(), rivals }.into()
             }
             RecipeName::Taylor => Recipe::Taylor,
@@ -242,14 +242,14 @@ impl Training {
                 self.tune(&mut own.training);
                 own.into()
             }
-            RecipeName::Dd => self.data_driven(self.samples).into(),
+            RecipeName::Dd => self.data_driven().into(),
         }
     }
 
     #[cfg(feature = "networks")]
-    fn data_driven(&self, samples: Option<usize>) -> DataDriven {
+    fn data_driven(&self) -> DataDriven {
         let mut own = DataDriven::default();
-        own.simulations = samples.unwrap_or(own.simulations);
+        own.simulations = self.samples.unwrap_or(own.simulations);
         own.network = self.network.clone().unwrap_or_default();
         self.tune(&mut own.training);
         own

@@ -1,9 +1,9 @@
 //! Requested rows of θ with their results. A failed row does not stop the others.
 
 use super::{MOST_WARNINGS, Usage, refuse, refuse_if, warn};
-use anyhow::Result;
+use anyhow::{Context, Result};
 use clap::Args;
-use sinew::output::{MOST_BYTES, Results, Row};
+use sinew::output::{self, MOST_BYTES, Results, Row};
 use sinew::{
     Body, Parameter, admissible, outside, parse_theta, parse_theta_but, read_rows, read_thetas,
     theta_in_words,
@@ -51,16 +51,22 @@ const PART: usize = 512 << 20;
 pub(super) const MOST_LINES: usize = 100;
 
 impl ThetaArguments {
-    /// All of them, without a body.
+    /// All of them, without a body. Results of an earlier run in the folder go with a table that is refused.
     ///
     /// # Errors
     /// None at all, a text or a row of a table that cannot be read.
-    pub(crate) fn of(&self, parameters: &[Parameter]) -> Result<Vec<Vec<f64>>> {
+    pub(crate) fn of(&self, parameters: &[Parameter], folder: &Path) -> Result<Vec<Vec<f64>>> {
         let mut thetas = Vec::new();
         for text in &self.theta {
             match text.contains('=') {
                 true => thetas.push(parse_theta(text, parameters)?),
-                false => thetas.extend(read_thetas(Path::new(text), parameters)?),
+                false => match read_thetas(Path::new(text), parameters) {
+                    Ok(found) => thetas.extend(found),
+                    Err(error) => {
+                        clear(Some(folder))?;
+                        return Err(error.into());
+                    }
+                },
             }
         }
         let reason = "--theta is missing; give name=value,name=value, or a CSV table";
@@ -69,11 +75,17 @@ impl ThetaArguments {
     }
 
     /// All of them. Rows of tables that cannot be read or make no sense, and values outside their ranges, are told on
-    /// standard error. Pairs may lack the parameter at the place `spare`, which has the middle of its range then.
+    /// standard error. Pairs may lack the parameter at the place `spare`, which has the middle of its range then. Results of an
+    /// earlier run in the folder go with tables that are refused.
     ///
     /// # Errors
     /// θ on the command line that cannot be read or makes no sense, a table without one row that can.
-    pub(crate) fn read<'b>(&self, body: &'b Body, spare: Option<usize>) -> Result<Batch<'b>> {
+    pub(crate) fn read<'b>(
+        &self,
+        body: &'b Body,
+        spare: Option<usize>,
+        folder: Option<&Path>,
+    ) -> Result<Batch<'b>> {
         let spare = spare.map(|index| (index, body.centre()[index]));
         let mut batch = Batch { body, rows: Vec::new(), before: 0, wrong: 0, told: 0 };
         for text in &self.theta {
@@ -88,10 +100,11 @@ impl ThetaArguments {
         if self.theta.is_empty() {
             batch.rows.push(Row { theta: body.centre(), ..Row::default() });
         }
-        refuse_if(batch.wrong == batch.rows.len(), || {
+        if batch.wrong == batch.rows.len() {
+            clear(folder)?;
             let first = batch.rows[0].failure.as_deref().unwrap_or_default();
-            format!("there is no row that can be computed; the first: {first}")
-        })?;
+            return refuse(format!("there is no row that can be computed; the first: {first}"));
+        }
         tell_outside(&body.parameters, &batch.thetas());
         Ok(batch)
     }
@@ -242,6 +255,14 @@ fn outcome(failed: usize, all: usize, wrong: usize) -> Result<()> {
         (0, _) => Ok(()),
         (_, 0) => Err(anyhow::anyhow!(reason)),
         _ => refuse(reason),
+    }
+}
+
+/// Removes results of an earlier run, which are not those of a table that is refused.
+fn clear(folder: Option<&Path>) -> Result<()> {
+    match folder.filter(|folder| folder.exists()) {
+        Some(folder) => output::clear(folder).with_context(|| folder.display().to_string()),
+        None => Ok(()),
     }
 }
 

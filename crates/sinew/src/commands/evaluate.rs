@@ -1,6 +1,6 @@
 //! Errors and times of trained emulators, and the page of the last evaluation.
 
-use super::{CaseArguments, Usage, chosen, refuse_if, solved, trained};
+use super::{CaseArguments, Usage, chosen, refuse_if, solved, trained, warn};
 use anyhow::{Context, Result};
 use clap::Args;
 use sinew::{Comparison, Design, Origin, TestSet};
@@ -85,7 +85,7 @@ pub(crate) struct Report {
 
 impl Report {
     pub(crate) fn run(&self) -> Result<()> {
-        let (_, folder) = self.case.read()?;
+        let (case, folder) = self.case.read()?;
         let path = folder.join("evaluation.json");
         let text = std::fs::read_to_string(&path).map_err(|error| {
             Usage(format!("{}: {error}; run sinew evaluate first", path.display()))
@@ -93,6 +93,14 @@ impl Report {
         let comparison: Comparison = serde_json::from_str(&text).with_context(|| {
             format!("{} is damaged or of another version; run sinew evaluate again", path.display())
         })?;
+        let is_other = || case.lowered().is_ok_and(|body| body.nodes != comparison.nodes);
+        if comparison.origin.case != case.text() || is_other() {
+            let path = path.display();
+            warn([format!(
+                "{path} was measured on another case or mesh, of {} nodes; run sinew evaluate again",
+                comparison.nodes
+            )]);
+        }
         println!("{comparison}");
         let page = comparison.report()?.write(&folder)?;
         println!("written: {}", page.display());

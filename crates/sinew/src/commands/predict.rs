@@ -72,7 +72,8 @@ impl Asked {
         compute: impl Fn(Batch<'_>, &Emulator<'_>, &Path) -> Result<usize>,
     ) -> Result<()> {
         let (name, path) = chosen(self.emulator.as_deref(), case, folder)?;
-        let batch = self.theta.read(body, None)?;
+        let folder = folder.join(command).join(&name);
+        let batch = self.theta.read(body, None, Some(&folder))?;
         let emulator = sinew::load(&path, body)?;
         for warning in &emulator.record.warnings {
             eprintln!("warning: the training of `{name}` said: {warning}");
@@ -80,7 +81,6 @@ impl Asked {
         if let Ok(first) = emulator.predict(&batch.thetas()[..1]) {
             warn_of_locking(sinew_fem::locking(body, &first.thetas[0], first.field(0)));
         }
-        let folder = folder.join(command).join(name);
         batch.in_parts(&self.written, |batch| compute(batch, &emulator, &folder))
     }
 }
@@ -89,10 +89,17 @@ impl Predict {
     pub(crate) fn run(&self) -> Result<()> {
         let Asked { case, theta, written, .. } = &self.asked;
         if let Some(folder) = runs::trained(case) {
-            let solver =
-                self.accuracy.is_some() || self.refine > 0 || self.neighbour.from.is_some();
-            let reason = "stored runs have no solver: leave --accuracy, --refine and --from out";
-            refuse_if(solver, || reason)?;
+            let options = [
+                self.accuracy.is_some(),
+                self.refine > 0,
+                self.neighbour.from.is_some(),
+                self.quick,
+                self.asked.emulator.is_some(),
+                written.fields,
+                case.file.mesh.is_some(),
+            ];
+            let reason = "stored runs have no solver: leave --accuracy, --refine, --from, --quick, --emulator, --fields and --mesh out";
+            refuse_if(options.contains(&true), || reason)?;
             return runs::predict(&folder, case, theta, written.pictures);
         }
         let (case, body, folder) = case.open()?;

@@ -101,7 +101,8 @@ pub(crate) fn predict(
 ) -> Result<()> {
     let emulator = RunsEmulator::load(folder)?;
     warn(&emulator.warnings);
-    let thetas = theta.of(&emulator.parameters)?;
+    let out = case.out.clone().unwrap_or_else(|| case.file.case.clone()).join("predict");
+    let thetas = theta.of(&emulator.parameters, &out)?;
     tell_outside(&emulator.parameters, &thetas);
     let predict = |theta: Vec<f64>| Ok((theta.clone(), emulator.predict(&theta)?));
     let found: Result<Vec<_>, EmulatorError> = thetas.into_par_iter().map(predict).collect();
@@ -109,7 +110,6 @@ pub(crate) fn predict(
     for (theta, found) in found.iter().take(MOST_LINES) {
         println!("{}: {}", values_in_words(&emulator.parameters, theta), said(&emulator, found));
     }
-    let out = case.out.clone().unwrap_or_else(|| case.file.case.clone()).join("predict");
     write_predictions(&out, &emulator, &found, pictures)?;
     println!("written: {}", out.display());
     Ok(())

@@ -52,7 +52,8 @@ impl Solve {
         if self.check_mesh {
             check_cells(body)?;
         }
-        let (batch, folder) = (self.theta.read(body, None)?, folder.join("solve"));
+        let folder = folder.join("solve");
+        let batch = self.theta.read(body, None, Some(&folder))?;
         make_folder(&folder)?;
         batch.in_parts(&self.written, |batch| self.part(batch, (&case, body), &folder))
     }
@@ -85,7 +86,7 @@ impl Solve {
     /// Follows a path of one parameter, and writes what is found.
     fn follow(&self, way: &str, body: &Body, folder: &Path) -> Result<()> {
         let (index, ends) = parse_way(way, &body.parameters)?;
-        let given = self.theta.read(body, Some(index))?.thetas();
+        let given = self.theta.read(body, Some(index), Some(folder))?.thetas();
         let theta = single("--along", &given)?;
         let at = |frame: u32| {
             let part = f64::from(frame) / f64::from(self.frames);

@@ -40,6 +40,9 @@ pub(crate) struct Train {
 
 /// Folder within OUT for simulations that recipes share.
 pub(crate) const SIMULATIONS: &str = "simulations";
+/// Folders within OUT that commands write into.
+const TAKEN: [&str; 8] =
+    [SIMULATIONS, "predict", "correct", "solve", "sample", "test", "export", "calibrate"];
 
 impl Train {
     pub(crate) fn run(&self) -> Result<()> {
@@ -67,11 +70,25 @@ impl Train {
                 "`{recipe}` learns from no simulations; leave --simulations out, or choose regression, dd or auto"
             )
         })?;
+        let Training { samples, target, minutes, steps, .. } = &self.training;
+        let is = |recipes: &[RecipeName]| recipes.contains(&training.recipe_name());
+        let unread = [
+            ("--samples", samples.is_some() && alone),
+            ("--target", target.is_some() && (alone || is(&[RecipeName::Dd]))),
+            ("--minutes", minutes.is_some() && is(&[RecipeName::Taylor])),
+            ("--steps", steps.is_some() && is(&[RecipeName::Taylor, RecipeName::Regression])),
+        ];
+        if let Some((option, _)) = unread.into_iter().find(|(_, is_given)| *is_given) {
+            return refuse(format!(
+                "{option} has no effect on `{recipe}`; leave it out, or choose another --recipe"
+            ));
+        }
         let name = self.name.as_deref().unwrap_or(recipe);
         let reason = || format!("--name {name}: give the name of a folder within OUT");
         refuse_if(Path::new(name).file_name() != Some(name.as_ref()), reason)?;
-        let reason = || format!("--name {name}: simulations are shared there; give another name");
-        refuse_if(name == SIMULATIONS, reason)?;
+        let reason =
+            || format!("--name {name}: commands write into that folder; give another name");
+        refuse_if(TAKEN.contains(&name), reason)?;
         let (shared, folder) = (folder.join(SIMULATIONS), folder.join(name));
         let options = sinew::TrainingOptions {
             folder: Some(folder.clone()),

@@ -53,7 +53,7 @@ impl UnloadCommand {
         let file = self.output.with_extension("toml");
         [&self.output, &file].into_iter().try_for_each(|to| self.case.keep_sources(&case, to))?;
         keep_foreign("unload", MARK, &file)?;
-        let thetas = self.theta.read(&image, None)?.thetas();
+        let thetas = self.theta.read(&image, None, None)?.thetas();
         let theta = single("--theta", &thetas)?;
         let mut unload = Unload::new(&image)?.fibres(self.fibres);
         warn(unload.thin_wall());

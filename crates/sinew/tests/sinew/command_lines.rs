@@ -21,7 +21,7 @@ fn plain_box() -> sinew_mesh::TetMesh {
 }
 
 /// Command lines that are wrong, and what must be said.
-const COMMAND_LINES: [(&str, &[&str]); 59] = [
+const COMMAND_LINES: [(&str, &[&str]); 62] = [
     ("", &["Usage: sinew <COMMAND>"]),
     ("slove plate.toml", &["slove", "'solve'"]),
     ("solve", &["<CASE>", "--help"]),
@@ -47,6 +47,9 @@ const COMMAND_LINES: [(&str, &[&str]); 59] = [
     ("train plate.toml --recipe dd --from none", &["cannot start from none"]),
     ("train plate.toml --samples -9", &["--samples", "-9"]),
     ("train plate.toml --samples 1", &["1 simulations", "at least 2"]),
+    ("train plate.toml --recipe pi --samples 9", &["--samples has no effect on `pi`"]),
+    ("train plate.toml --recipe dd --target 1e-3", &["--target has no effect on `dd`"]),
+    ("train plate.toml --recipe regression --steps 9", &["--steps has no effect on `regression`"]),
     ("evaluate plate.toml --cases -9", &["--cases", "-9"]),
     ("solve plate.toml --theta mu=-9,lambda=9,p=2", &["mu = -9 kPa", "positive"]),
     ("solve plate.toml --theta none.csv", &["none.csv", "CSV table"]),

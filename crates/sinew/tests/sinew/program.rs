@@ -99,6 +99,22 @@ fn from_a_case_to_a_report() {
     assert!(evaluated.contains("2 Newton steps"), "{evaluated}");
     let reported = done(folder, "report bar.toml");
     assert!(reported.contains("regression"), "{reported}");
+    let again = "out/bar/evaluation.json was measured on another case or mesh";
+    assert!(!reported.contains(again), "{reported}");
+    let path = folder.join("bar.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, text.clone() + "# changed\n").unwrap();
+    let reported = done(folder, "report bar.toml");
+    assert!(reported.contains(again), "{reported}");
+    std::fs::write(&path, text).unwrap();
+    let mesh = sinew_mesh::box_tetrahedra([30.0, 6.0, 6.0], [2, 1, 1]);
+    sinew_mesh::write_vtu(folder.join("other.vtu"), &mesh).unwrap();
+    let reported = done(folder, "report bar.toml --mesh other.vtu");
+    assert!(reported.contains(again), "{reported}");
+    std::fs::write(folder.join("bad.csv"), "mu,lambda\n9,ten\n").unwrap();
+    let (code, told) = refused(folder, "predict bar.toml --theta bad.csv");
+    assert!(code == 2 && told.contains("no row that can be computed"), "{told}");
+    assert!(!folder.join("out/bar/predict/regression/cases.csv").exists(), "of an earlier run");
     done(folder, "export bar.toml");
     let body = std::fs::read_to_string(folder.join("out/bar/export/body.json")).unwrap();
     assert!(body.contains("\"nodes\": 63"), "{body}");
@@ -158,8 +174,10 @@ fn a_run_is_replaced_only_with_restart_and_recipes_share_their_simulations() {
     assert_eq!(shared(), 2);
     done(folder, "train bar.toml --recipe pi --steps 5");
     assert_eq!(shared(), 2);
-    let (code, told) = refused(folder, "train bar.toml --name simulations");
-    assert!(code == 2 && told.contains("simulations are shared there"), "{told}");
+    for taken in ["simulations", "predict"] {
+        let (code, told) = refused(folder, &format!("train bar.toml --name {taken}"));
+        assert!(code == 2 && told.contains("commands write into that folder"), "{told}");
+    }
     let (code, told) = refused(folder, "train bar.toml --resume --restart");
     assert!(code == 2 && told.contains("--restart"), "{told}");
 }
@@ -384,7 +402,10 @@ fn trainings_begin_from_what_there_is() {
     assert!(told.contains("which the new run replaces"), "{told}");
     assert!(folder.join("out/bar/dd/emulator").exists());
     done(folder, &train("--recipe dd --from out/bar/dd --name again"));
-    let (_, told) = refused(folder, &train("--recipe regression --from out/bar/dd --name none"));
+    let (_, told) = refused(
+        folder,
+        &train("--recipe regression --from out/bar/dd --name none").replace("--steps 5 ", ""),
+    );
     assert!(told.contains("trains no network"), "{told}");
     // What would not be learned from, and where nobody would look for it.
     let (code, told) = refused(folder, &train("--recipe pi"));

@@ -99,6 +99,12 @@ fn a_table_of_runs_predicts_runs_that_were_held_back() {
     assert!(none.contains("--theta is missing"), "{none}");
     let (code, solver) = refused(folder, "predict out/runs --theta thetas.csv --accuracy 1e-3");
     assert!(code == 2 && solver.contains("no solver"), "{solver}");
+    let (code, solver) = refused(folder, "predict out/runs --theta thetas.csv --quick");
+    assert!(code == 2 && solver.contains("--quick"), "{solver}");
+    std::fs::write(folder.join("bad.csv"), "mu,lambda\n9,ten\n").unwrap();
+    let (code, row) = refused(folder, "predict out/runs --theta bad.csv");
+    assert!(code == 2 && row.contains("`ten`"), "{row}");
+    assert!(!folder.join("out/runs/predict/cases.csv").exists(), "results of an earlier run");
     let again = "train --from-table runs.csv --parameters mu,lambda --outputs energy";
     let (code, there) = refused(folder, again);
     assert!(code == 2 && there.contains("--restart"), "{there}");
@@ -142,7 +148,8 @@ fn displacements_on_a_mesh_predict_runs_that_were_held_back() {
 
     let (_, unseen, truth) = runs(30, Design::LatinHypercube);
     thetas_csv(folder, &unseen);
-    done(folder, "predict out/runs --theta thetas.csv --pictures 2 --out other");
+    let told = done(folder, "predict out/runs --theta thetas.csv --pictures 2 --out other");
+    assert!(told.contains("displacement mean") && !told.contains(" mm"), "{told}");
     let out = folder.join("other/predict");
     let (shape, found) = npz::read(&out.join("cases.npz"), "displacement").unwrap();
     assert_eq!(shape, [30, body.nodes, 3]);
@@ -155,7 +162,7 @@ fn displacements_on_a_mesh_predict_runs_that_were_held_back() {
     let stated = RunsEmulator::load(&folder.join("out/runs/emulator")).unwrap().left_out()[0].error;
     assert!(off < 1.5 * stated, "{off:e}, {stated:e} stated");
     // The largest ratio of 16: at least 22 of 30 with a probability of 0.99.
-    let bounds = column(&out, "95 % error of displacement [mm]");
+    let bounds = column(&out, "95 % error of displacement");
     let within = errors.iter().zip(&bounds).filter(|(error, bound)| error <= bound).count();
     assert!(within >= 22, "{within} of 30");
     let (mesh, _) = sinew_mesh::read_mesh::<4>(out.join("0001.vtu")).unwrap();
@@ -194,9 +201,13 @@ fn displacements_on_a_mesh_predict_runs_that_were_held_back() {
     let points = body.mesh.points().as_flattened();
     let positions: Vec<f64> =
         fields.iter().flat_map(|field| field.iter().zip(points).map(|(u, x)| u + x)).collect();
-    for (values, said) in
-        [(positions, "they are positions"), (fields[0].repeat(16), "the same in all")]
-    {
+    let mut failed = fields.concat();
+    failed[9 * body.nodes] = f64::NAN;
+    for (values, said) in [
+        (positions, "they are positions"),
+        (fields[0].repeat(16), "the same in all"),
+        (failed, "wrong.npz: run 3 has values of displacement that are not finite"),
+    ] {
         let fields = to_npy(&[16, body.nodes, 3], &values);
         let arrays = [of_theta.clone(), ("displacements".into(), fields)];
         npz::write(&folder.join("wrong.npz"), arrays).unwrap();
@@ -253,6 +264,16 @@ fn mistakes_in_a_table_are_told_with_line_and_column() {
         (good[..6].join("\n"), "--parameters a,b", "5 runs of 2 parameters; give at least 6"),
         (good[1..].join("\n"), "--parameters a,b", "no column `a`; the columns are: 1, 10, 0"),
         (String::new(), "--parameters a,b", "the table is empty"),
+        (
+            good.join("e-171\n").replacen("e-171", "", 1) + "e-171",
+            "--parameters a,b",
+            "the largest magnitude of v is 4.9e-170: choose units",
+        ),
+        (
+            good[..8].iter().map(|row| row.replace(',', "e150,")).collect::<Vec<_>>().join("\n"),
+            "--parameters ae150,be150",
+            "the largest magnitude of ae150 is 7.0e150: choose units",
+        ),
     ];
     for (table, options, expected) in tables {
         std::fs::write(folder.join("runs.csv"), table).unwrap();

@@ -25,7 +25,8 @@ pub(super) fn to(
     neighbour: &Neighbour,
     (case, body, folder): (&Case, &Body, &Path),
 ) -> Result<()> {
-    let batch = asked.theta.read(body, None)?;
+    let to = folder.join("predict").join(FOLDER);
+    let batch = asked.theta.read(body, None, Some(&to))?;
     let known = neighbour.body()?;
     let emulator = match (&asked.emulator, &known, trained(folder)) {
         (Some(_), Some(_), _) => {
@@ -35,10 +36,9 @@ pub(super) fn to(
         (None, None, Err(_)) => None,
         _ => Some(sinew::load(&chosen(asked.emulator.as_deref(), case, folder)?.1, body)?),
     };
-    let folder = folder.join("predict").join(FOLDER);
     let mut beyond = [0, 0];
     batch.in_parts(&asked.written, |batch| {
-        part(batch, asked, (accuracy, emulator.as_ref()), body, &folder, &mut beyond)
+        part(batch, asked, (accuracy, emulator.as_ref()), body, &to, &mut beyond)
     })?;
     match beyond {
         [0, _] => Ok(()),
