@@ -23,7 +23,7 @@ pub(crate) struct Identity {
     held: f64,
     /// Work of all forces and stresses along a probing displacement at the centre of the ranges.
     probe: f64,
-    /// The same with every parameter at another share of its range: at the centre loads may be zero, and equal parameters may change
+    /// Work along it with every parameter at another share of its range: at the centre loads may be zero, and equal parameters may change
     /// places. Files of version 0.1.0 have none.
     #[serde(default)]
     aside: Option<f64>,

@@ -55,7 +55,7 @@ fn clusters_that_belong_to_no_body_are_refused() {
     assert_eq!(two.tree().cluster_parents, [Some(2), Some(2), None]);
 }
 
-/// With the stiffness `K` of the solver: `(P S)ᵀ K (P S)` is one on the motions that cost energy, zero on the others.
+/// `(P S)ᵀ K (P S)`, with the stiffness `K` of the solver, is one on the motions that cost energy, zero on the others.
 #[test]
 fn a_unit_output_costs_an_energy_of_one_half() {
     let foundation = Load::Foundation { facets: "x_max".into(), normal: 3.0, tangential: 0.5 };

@@ -97,7 +97,8 @@ fn walls_without_thickness_or_base_are_refused() {
 fn close(rule: &FibreRule, x: f64, expected: Frame) {
     let frame = LAND.frame([x, 0.0, 0.0], rule, 0.1).unwrap();
     let pairs = frame.as_flattened().iter().zip(expected.as_flattened());
-    pairs.for_each(|(a, b)| assert!((a - b).abs() < 1e-15, "{frame:?}"));
+    // π times a depth is off by some rounding errors.
+    pairs.for_each(|(a, b)| assert!((a - b).abs() < 4e-15, "{frame:?}"));
 }
 
 #[test]
