@@ -37,7 +37,7 @@ enum Command {
     /// Merge the shards of a campaign.
     Merge(sample::Merge),
     /// Train an emulator.
-    Train(train::Train),
+    Train(Box<train::Train>),
     /// Estimate the cost of answers to an accuracy, by each method.
     Plan(predict::Plan),
     /// Predict displacements, with a trained emulator or to an accuracy.
