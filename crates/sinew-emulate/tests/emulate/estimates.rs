@@ -3,8 +3,8 @@
 use serde_json::Value;
 use sinew_emulate::parts::{Session, root_mean_square};
 use sinew_emulate::{
-    Body, Calibration, CaseErrors, Error, Errors, Evaluation, Predictor, Record, Stage, TestSet, Times, Train,
-    TrainingOptions, Warning,
+    Body, Calibration, CaseErrors, Error, Errors, Evaluation, Predictor, Record, Stage, TestSet,
+    Times, Train, TrainingOptions, Warning,
 };
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Parameter, Scene, Support};

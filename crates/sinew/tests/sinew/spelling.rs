@@ -4,8 +4,7 @@ use crate::keys::{case, refusal};
 use sinew::case::stress_in_kpa;
 use sinew::mesh::box_tetrahedra;
 use sinew::{
-    Case, Parameter, Scene, Support, Unit, admissible, laws::NeoHookean, parse_theta,
-    parse_way,
+    Case, Parameter, Scene, Support, Unit, admissible, laws::NeoHookean, parse_theta, parse_way,
 };
 
 /// Millimetre of mercury \[kPa\].
