@@ -97,7 +97,7 @@ impl AnyMesh {
         with_cells!(self, mesh => &mut mesh.facet_sets)
     }
 
-    /// The cells of a named set or of a label, see [`Mesh::cells_of`].
+    /// The cells of a named set or of a label, see [`Mesh::cells_of`](crate::Mesh::cells_of).
     pub fn cells_of(&self, name: &str) -> Option<Vec<usize>> {
         with_cells!(self, mesh => mesh.cells_of(name))
     }
@@ -107,26 +107,26 @@ impl AnyMesh {
         with_cells!(self, mesh => mesh.names_of_cells())
     }
 
-    /// Cuts all but named cells away, see [`Mesh::keep`].
+    /// Cuts all but named cells away, see [`Mesh::keep`](crate::Mesh::keep).
     ///
     /// # Errors
-    /// As [`Mesh::keep`].
+    /// As [`Mesh::keep`](crate::Mesh::keep).
     pub fn keep<S: AsRef<str>>(&mut self, names: &[S]) -> Result<(), SelectionError> {
         with_cells!(self, mesh => mesh.keep(names))
     }
 
-    /// Names what a selection chooses, see [`Mesh::select`].
+    /// Names what a selection chooses, see [`Mesh::select`](crate::Mesh::select).
     ///
     /// # Errors
-    /// As [`Mesh::select`].
+    /// As [`Mesh::select`](crate::Mesh::select).
     pub fn select(&mut self, name: &str, choice: &Selection) -> Result<Selected, SelectionError> {
         with_cells!(self, mesh => mesh.select(name, choice))
     }
 
-    /// The nodes at which a scalar point field is not zero, see [`Mesh::nodes_where_nonzero`].
+    /// The nodes at which a scalar point field is not zero, see [`Mesh::nodes_where_nonzero`](crate::Mesh::nodes_where_nonzero).
     ///
     /// # Errors
-    /// As [`Mesh::nodes_where_nonzero`].
+    /// As [`Mesh::nodes_where_nonzero`](crate::Mesh::nodes_where_nonzero).
     pub fn nodes_where_nonzero(&self, field: &str) -> Result<Vec<usize>, Defect> {
         with_cells!(self, mesh => mesh.nodes_where_nonzero(field))
     }
@@ -151,7 +151,7 @@ impl AnyMesh {
         with_cells!(self, mesh => &mut mesh.cell_fields)
     }
 
-    /// Whether the mesh is sound, see [`Mesh::check`].
+    /// Whether the mesh is sound, see [`Mesh::check`](crate::Mesh::check).
     ///
     /// # Errors
     /// The first defect.
