@@ -9,39 +9,49 @@ use sinew_num::sub3;
 const SMALLEST_STIFFNESS: f64 = 1e-9;
 
 /// Rigid motions of the parts that nodes are divided into: translations, and turns measured by the displacement at the radius of gyration.
-struct Parts {
+struct Parts<'a> {
     /// Part of each node.
     of_nodes: Vec<usize>,
+    centres: &'a [[f64; 3]],
+    places: &'a [[f64; 3]],
+    /// Projector onto the directions that supports leave free, node by node.
+    free: &'a [[[f64; 3]; 3]],
     radii: Vec<f64>,
-    /// Displacement of each node by the motions of its part, along what supports leave free.
-    motions: Vec<SMatrix<f64, 3, 6>>,
     /// Stiffness of the motions of each part.
     costs: Vec<SMatrix<f64, 6, 6>>,
 }
 
-impl Parts {
+impl<'a> Parts<'a> {
     fn new(
         of_nodes: Vec<usize>,
-        centres: &[[f64; 3]],
-        places: &[[f64; 3]],
-        free: &[[[f64; 3]; 3]],
+        centres: &'a [[f64; 3]],
+        places: &'a [[f64; 3]],
+        free: &'a [[[f64; 3]; 3]],
     ) -> Self {
-        let arm = |node: usize| sub3(&places[node], &centres[of_nodes[node]]);
+        let costs = vec![SMatrix::zeros(); centres.len()];
+        let mut parts = Self { of_nodes, centres, places, free, radii: Vec::new(), costs };
         let mut sums = vec![(0.0, 0usize); centres.len()];
-        for (node, &part) in of_nodes.iter().enumerate() {
+        for (node, &part) in parts.of_nodes.iter().enumerate() {
             let sum = &mut sums[part];
-            *sum = (sum.0 + arm(node).iter().map(|r| r * r).sum::<f64>(), sum.1 + 1);
+            *sum = (sum.0 + parts.arm(node).iter().map(|r| r * r).sum::<f64>(), sum.1 + 1);
         }
         let radius = |(squares, count): (f64, usize)| {
             let radius = (squares / count.max(1) as f64).sqrt();
             if radius > 0.0 { radius } else { 1.0 }
         };
-        let radii: Vec<f64> = sums.into_iter().map(radius).collect();
-        let motion = |node: usize| {
-            matrix(&free[node]) * rigid_motions(arm(node).map(|r| r / radii[of_nodes[node]]))
-        };
-        let motions = (0..of_nodes.len()).map(motion).collect();
-        Self { costs: vec![SMatrix::zeros(); centres.len()], of_nodes, radii, motions }
+        parts.radii = sums.into_iter().map(radius).collect();
+        parts
+    }
+
+    fn arm(&self, node: usize) -> [f64; 3] {
+        sub3(&self.places[node], &self.centres[self.of_nodes[node]])
+    }
+
+    /// Displacement of a node by the motions of its part, along what supports leave free. There are some seventeen layers of parts on 100 000
+    /// nodes: kept, these would take more memory than the stiffness.
+    fn motion(&self, node: usize) -> SMatrix<f64, 3, 6> {
+        let radius = self.radii[self.of_nodes[node]];
+        matrix(&self.free[node]) * rigid_motions(self.arm(node).map(|r| r / radius))
     }
 
     /// Adds the stiffness of a quadrature point.
@@ -50,7 +60,7 @@ impl Parts {
         for first in (0..nodes.len()).filter(|&at| (0..at).all(|other| part(other) != part(at))) {
             let own = (first..nodes.len()).filter(|&at| part(at) == part(first));
             let gradient = own.fold(SMatrix::<f64, 9, 6>::zeros(), |sum, at| {
-                let (motion, g) = (&self.motions[nodes[at]], &shape[at]);
+                let (motion, g) = (self.motion(nodes[at]), &shape[at]);
                 sum + SMatrix::from_fn(|row, k| motion[(row / 3, k)] * g[row % 3])
             });
             self.costs[part(first)] += gradient.transpose() * tangent * gradient;
@@ -84,21 +94,23 @@ pub(super) fn scale(
         let (nodes, shape) = (body.nodes_of_point(point), body.shape_of_point(point));
         layers.iter_mut().for_each(|parts| parts.add(nodes, shape, &tangent));
     }
-    for Parts { of_nodes, motions, costs, .. } in &mut layers {
+    for parts in &mut layers {
         for spring in &body.springs {
-            let motion = &motions[spring.node];
-            costs[of_nodes[spring.node]] += motion.transpose() * matrix(&spring.stiffness) * motion;
+            let motion = parts.motion(spring.node);
+            parts.costs[parts.of_nodes[spring.node]] +=
+                motion.transpose() * matrix(&spring.stiffness) * motion;
         }
     }
     let of_node = |cost: &SMatrix<f64, 6, 6>| inverse_root(cost.fixed_view::<3, 3>(0, 0).into());
-    tree.node_scales = layers[0].costs.iter().map(of_node).collect();
+    let node_scales = layers[0].costs.iter().map(of_node).collect();
     let clusters = layers[1..].iter().flat_map(|layer| layer.costs.iter().zip(&layer.radii));
     let of_cluster = |(&cost, radius): (&SMatrix<f64, 6, 6>, &f64)| {
         let mut scale = inverse_root(cost);
         scale[3..].as_flattened_mut().iter_mut().for_each(|entry| *entry /= radius);
         scale
     };
-    tree.cluster_scales = clusters.map(of_cluster).collect();
+    let cluster_scales = clusters.map(of_cluster).collect();
+    (tree.node_scales, tree.cluster_scales) = (node_scales, cluster_scales);
     Some(())
 }
 
