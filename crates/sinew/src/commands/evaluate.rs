@@ -31,11 +31,11 @@ const SEED: u64 = 0x7e57;
 impl Evaluate {
     pub(crate) fn run(&self) -> Result<()> {
         let (case, body, folder) = self.case.open()?;
-        let named = |name: &String| chosen(Some(name), &case, &folder);
-        let found = match &self.emulator[..] {
-            [] => trained(&folder)?,
-            names => names.iter().map(named).collect::<Result<_>>()?,
-        };
+        let mut found = trained(&folder)?;
+        for name in &self.emulator {
+            chosen(Some(name), &case, &folder)?;
+        }
+        found.retain(|(name, _)| self.emulator.is_empty() || self.emulator.contains(name));
         let thetas = Design::Uniform.sample(&body.parameters, self.cases, SEED)?;
         let kept = folder.join(format!("test/{}", self.cases));
         let simulations = solved(&body, &thetas, "solve test cases", Some(&kept))?;
