@@ -1,21 +1,33 @@
-//! Calibration: posteriors of a patient's parameters, and patients that are made.
+//! Calibration: posteriors of a patient's parameters, checks before it, and patients that are made.
 
 use crate::case::NativeCase;
 use crate::errors::Result;
 use crate::relay;
 use pyo3::prelude::*;
-use sinew::calibrate::calibrate as sampled;
-use sinew::calibration::{arviz, in_words, observed};
+use pyo3::types::PyDict;
+use sinew::calibrate::{Verdict, calibrate as sampled, check_identifiability};
+use sinew::calibration::{
+    ahead_in_words, arviz, in_words, kept, observed, setting_in_words, too_stiff, written,
+};
+use sinew::report::Provenance;
 use sinew::{Case, PatientFile, theta_of};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
 
-/// Groups of draws for arviz as JSON, and the result in lines; the seed is the case's own where none is given.
+/// Groups of draws for arviz as JSON, the result in lines, and warnings.
+type Drawn = (String, Vec<String>, Vec<String>);
+
+/// A posterior; the seed is the case's own where none is given. In a folder solves and results are kept, as by the program.
 #[pyfunction]
 pub(crate) fn calibrate(
     case: &NativeCase,
     seed: Option<u64>,
+    budget: Option<f64>,
+    folder: Option<PathBuf>,
+    again: [bool; 2],
     listener: &Bound<'_, PyAny>,
-) -> Result<(String, Vec<String>)> {
-    let case = case.case.clone();
+) -> Result<Drawn> {
+    let (case, clock) = (case.case.clone(), Instant::now());
     relay::run(listener, move |observer| -> Result<_> {
         let file = PatientFile::of(case)?;
         let prepared = file.prepare()?;
@@ -23,9 +35,74 @@ pub(crate) fn calibrate(
         let mut options = file.options();
         options.seed = seed.unwrap_or(options.seed);
         let mut solves = observed(&patient, observer);
+        solves.budget = budget.map(Duration::from_secs_f64);
+        if let Some(folder) = &folder {
+            solves = kept(solves, folder, &file, &prepared, again)?;
+        }
         let posterior = sampled(&prepared.problem, &mut solves, &options)?;
-        Ok((arviz(&prepared, &posterior).to_json(), in_words(&prepared, &posterior)))
+        let mut doubts = Vec::new();
+        if let Some(folder) = &folder {
+            let provenance = Provenance::of_this_run("pysinew", env!("CARGO_MANIFEST_DIR"));
+            let provenance = provenance.finished(clock.elapsed().as_secs_f64());
+            let provenance = Provenance { seed: Some(options.seed), ..provenance };
+            doubts = written(&file, &prepared, &patient, &posterior, provenance, folder)?.1;
+        }
+        Ok((arviz(&prepared, &posterior).to_json(), in_words(&prepared, &posterior), doubts))
     })
+}
+
+/// A check before sampling.
+struct Checked {
+    verdict: &'static str,
+    words: Vec<String>,
+    theta: Vec<(String, f64)>,
+    misfits: Vec<(String, f64)>,
+    warnings: Vec<String>,
+}
+
+/// Whether the model calibrates the data, at the most likely parameters.
+#[pyfunction]
+pub(crate) fn check_calibration<'py>(
+    case: &NativeCase,
+    budget: Option<f64>,
+    listener: &Bound<'py, PyAny>,
+) -> Result<Bound<'py, PyDict>> {
+    let case = case.case.clone();
+    let found = relay::run(listener, move |observer| -> Result<_> {
+        let file = PatientFile::of(case)?;
+        let prepared = file.prepare()?;
+        let patient = prepared.patient()?;
+        let mut solves = observed(&patient, observer);
+        solves.budget = budget.map(Duration::from_secs_f64);
+        let problem = &prepared.problem;
+        let (mode, seen) = check_identifiability(problem, &mut solves)?;
+        let (verdict, reason) = seen.verdict(problem, &mode);
+        let ahead = ahead_in_words(&prepared, &mode, &seen);
+        let unknowns = problem.unknowns.iter().zip(&mode.theta);
+        let data = problem.data.iter().zip(&mode.misfits);
+        Ok(Checked {
+            verdict: match verdict {
+                Verdict::Calibrates => "calibrates",
+                Verdict::DoesNot => "does not",
+                Verdict::CannotTell => "cannot tell",
+            },
+            words: [vec![reason, String::new()], setting_in_words(&prepared), ahead].concat(),
+            theta: unknowns.map(|(own, theta)| (own.name.clone(), own.shown(*theta))).collect(),
+            misfits: data.map(|(datum, misfit)| (datum.name.clone(), *misfit)).collect(),
+            warnings: patient
+                .states_checked(&mode.theta, false)
+                .iter()
+                .flat_map(too_stiff)
+                .collect(),
+        })
+    })?;
+    let result = PyDict::new(listener.py());
+    result.set_item("verdict", found.verdict)?;
+    result.set_item("words", found.words)?;
+    result.set_item("theta", found.theta)?;
+    result.set_item("misfits", found.misfits)?;
+    result.set_item("warnings", found.warnings)?;
+    Ok(result)
 }
 
 /// The case with data that the solver gives at θ, with noise.

@@ -8,19 +8,25 @@ use crate::{relay, results, training};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyBytes, PyDict};
 use sinew::case::Formulation;
+use sinew::output::end_in_words;
 use sinew::stresses::{StressField, add_stresses, stress_fields};
 use sinew::{
-    Body, Case, TrainingOptions, admissible, locking_in_words, outside, theta_in_words, theta_of,
+    Body, Case, TrainingOptions, admissible, locking_in_words, outside, parse_way, theta_in_words,
+    theta_of, thetas_along,
 };
-use sinew_emulate::{Answers, Design, simulate_by};
+use sinew_emulate::{Answers, Counter, Design, simulate_by};
 use sinew_energy::{Fibres, Sampling};
 use sinew_fem::{
-    LoadSteps, Options, Solver, Unload, UnloadOptions, cell_stresses, held_sets, locking, reactions,
+    LoadSteps, Options, Solver, Unload, UnloadOptions, cell_stresses, compare_formulations,
+    held_sets, locking, reactions,
 };
 use sinew_mesh::{DISPLACEMENT, Field, to_vtu, with_cells};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
+
+/// Distances, loss, volumes and words of a comparison of cells.
+type Compared = (f64, f64, f64, Vec<(String, [f64; 2])>, String);
 
 /// Names of the built-in scenes.
 #[pyfunction]
@@ -291,6 +297,61 @@ impl NativeCase {
             simulate_by(&body, &asked, "solve", folder.as_deref(), &options, observer)
         })?;
         Ok(results::solutions(listener.py(), &self.body, &thetas.0, &found)?)
+    }
+
+    /// Equilibria along a way of one parameter (`p=0..8mmHg`), each from the one before: θ in the unit of the scene, displacements as far as the
+    /// path goes, why it ends, and warnings.
+    fn along<'py>(
+        &self,
+        theta: Rows,
+        way: &str,
+        steps: u32,
+        listener: &Bound<'py, PyAny>,
+    ) -> Result<Bound<'py, PyDict>> {
+        let (index, ends) = parse_way(way, &self.body.parameters)?;
+        let thetas = thetas_along(&theta.0.concat(), (index, ends), steps);
+        self.check(&thetas)?;
+        let (py, body, asked) = (listener.py(), self.body.clone(), thetas.clone());
+        let trace = relay::run(listener, move |observer| {
+            let mut counter = Counter::new(observer, "follow", 0, asked.len());
+            let count = || {
+                // A trace cannot be stopped between its frames.
+                let _ = counter.step(1, "");
+            };
+            Solver::new(&body)?.trace(&asked, &Options::default(), count)
+        })?;
+        let found = PyDict::new(py);
+        let parameters = std::slice::from_ref(&self.body.parameters[index]);
+        let mut warnings: Vec<_> =
+            ends.iter().flat_map(|&end| outside(parameters, &[end])).collect();
+        let last = trace.solutions.last();
+        let stiff = last
+            .and_then(|last| locking(&self.body, &last.theta, &last.displacement).ok().flatten());
+        warnings.extend(stiff.as_ref().map(locking_in_words));
+        let fields = trace.solutions.iter().map(|solution| Some(&solution.displacement));
+        let missing = std::iter::repeat_n(None, thetas.len() - trace.solutions.len());
+        let fields: Vec<_> = fields.chain(missing).collect();
+        found.set_item("displacement", results::by_nodes(&self.body, fields.into_iter()))?;
+        found.set_item("theta", Array::stacked(&thetas, self.body.parameters.len()))?;
+        found.set_item("found", trace.solutions.len())?;
+        found.set_item("end", trace.end.map(|end| end_in_words(&self.body, &end)))?;
+        found.set_item("warnings", warnings)?;
+        Ok(found)
+    }
+
+    /// Mean and largest distance \[mm\] of a displacement from that of the same body in better cells, the loss of mean displacement, volumes of
+    /// cavities by both, and all in words.
+    fn compared(
+        &self,
+        displacement: Flat,
+        better: &Self,
+        better_displacement: Flat,
+    ) -> Result<Compared> {
+        let [own, other] = [&self.body, &better.body];
+        let found = compare_formulations(own, &displacement.0, other, &better_displacement.0)?;
+        let [kind, better] = [own, other].map(|body| body.element().plural);
+        let words = format!("{kind} against {better}: {found}");
+        Ok((found.mean, found.largest, found.displacement_loss(), found.cavities, words))
     }
 
     /// Displacements at every row of θ to a relative accuracy, each with its checked error.

@@ -6,7 +6,7 @@ use crate::relay;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use self_cell::self_cell;
-use sinew::case::Training;
+use sinew::case::{Training, doubtful_displacements};
 use sinew::{Body, Emulator, Estimate, Prediction, TrainingOptions};
 use sinew_emulate::{Error, Warning};
 use std::path::{Path, PathBuf};
@@ -72,6 +72,8 @@ impl NativeEmulator {
 
 /// Displacements, and the warnings of each.
 type Predicted = (Array, Vec<Vec<String>>);
+/// A page, facts about it, and doubts.
+type Page = (String, Vec<(String, String)>, Vec<String>);
 
 #[pymethods]
 impl NativeEmulator {
@@ -117,6 +119,21 @@ impl NativeEmulator {
         };
         let warnings = found.warnings.iter().map(|warnings| said(warnings)).collect();
         Ok((Array::new(found.displacement, shape), warnings))
+    }
+
+    /// The emulator as one page for a browser, what was measured of it by name, and doubts.
+    fn page(&self, listener: &Bound<'_, PyAny>) -> Result<Page> {
+        let shared = self.shared();
+        relay::run(listener, move |observer| {
+            shared.with(|emulator| -> Result<_, Error> {
+                let (body, viewer) =
+                    (emulator.body(), sinew::viewer(emulator, sinew::PAGE_SEED, observer)?);
+                let centre = emulator.predict(&[body.centre()])?;
+                let doubts = doubtful_displacements(body, &[centre.field(0)]);
+                let (html, notes) = (viewer.to_html(), viewer.notes);
+                Ok((html, viewer.facts, doubts.into_iter().chain(notes).collect()))
+            })
+        })
     }
 
     /// Error estimates of displacements, a row each.

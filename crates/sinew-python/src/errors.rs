@@ -45,11 +45,27 @@ impl From<Failure> for PyErr {
                     .map_err(Self::from)
             };
             match class() {
-                Ok(class) => Self::from_type(class, error.to_string()),
+                Ok(class) => Self::from_type(class, in_python(&error.to_string())),
                 Err(missing) => missing,
             }
         })
     }
+}
+
+/// A text with options of the program as keywords of Python: `--load-steps` is `load_steps`, and what names a folder is `folder`.
+fn in_python(text: &str) -> String {
+    let mut parts = text.split("--");
+    let mut said = parts.next().unwrap_or_default().to_string();
+    for part in parts {
+        let end = part.find(|c: char| !c.is_ascii_lowercase() && c != '-').unwrap_or(part.len());
+        match &part[..end] {
+            "name" | "out" => said += "folder",
+            "" => said += "--",
+            option => said += &option.replace('-', "_"),
+        }
+        said += &part[end..];
+    }
+    said
 }
 
 /// Name of the class of an error.

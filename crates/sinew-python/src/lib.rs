@@ -27,6 +27,7 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<runs::NativeRuns>()?;
     module.add_function(wrap_pyfunction!(case::scenes, module)?)?;
     module.add_function(wrap_pyfunction!(calibration::calibrate, module)?)?;
+    module.add_function(wrap_pyfunction!(calibration::check_calibration, module)?)?;
     module.add_function(wrap_pyfunction!(calibration::synthesise, module)?)?;
     Ok(())
 }

@@ -63,7 +63,10 @@ pub(crate) fn answers<'py>(
 }
 
 /// Displacements by row and node, NaN where there are none.
-fn by_nodes<'a>(body: &Body, rows: impl ExactSizeIterator<Item = Option<&'a Vec<f64>>>) -> Array {
+pub(crate) fn by_nodes<'a>(
+    body: &Body,
+    rows: impl ExactSizeIterator<Item = Option<&'a Vec<f64>>>,
+) -> Array {
     let (count, missing) = (rows.len(), vec![f64::NAN; 3 * body.nodes]);
     let fields = rows.flat_map(|field| field.unwrap_or(&missing).clone()).collect();
     Array::new(fields, [count, body.nodes, 3])

@@ -34,9 +34,11 @@ impl NativeRuns {
         let heads: Vec<_> = parameters.iter().map(|(name, unit)| (&name[..], &unit[..])).collect();
         let output = |(name, unit, Rows(values)): Column| Output { name, unit, values };
         let outputs = outputs.into_iter().map(output).collect();
-        let Runs { parameters, thetas, outputs, .. } =
-            Runs::new(&heads, thetas.0, outputs, |run| format!("run {run}"))?;
-        let mesh = mesh.map(NativeMesh::make).transpose()?.map(|(mesh, _)| mesh);
+        let runs = Runs::new(&heads, thetas.0, outputs, |run| format!("run {run}"))?;
+        let Runs { parameters, thetas, outputs, mesh } = match mesh {
+            Some(mesh) => runs.on(mesh.make()?.0)?,
+            None => runs,
+        };
         let fitted = relay::run(listener, move |observer| {
             RunsEmulator::fit(parameters, &thetas, &outputs, mesh, observer)
         })?;

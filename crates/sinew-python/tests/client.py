@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pysinew import Answers, Case, CaseError, Emulator, Posterior, Solutions
+from pysinew import Answers, Case, CaseError, Check, Emulator, MeshCheck, Posterior, Solutions
 
 
 def largest(case: Case, stiffness: float) -> float:
@@ -27,6 +27,15 @@ def middle(patient: Case, parameter: str) -> float:
     return float(np.median(posterior[parameter]))
 
 
+def first_look(patient: Case) -> bool:
+    check: Check = patient.check_calibration(budget=60.0)
+    mesh: MeshCheck = patient.check_mesh()
+    patient.calibrate(folder="out", resume=True, budget=3600)
+    path: Solutions = patient.solve(along={"p": (0, "8 mmHg")}, frames=4)
+    path = patient.solve(along="p=0..8mmHg")
+    return check.verdict == "calibrates" and mesh.loss < 0.1 and not path.failures
+
+
 def main() -> None:
     try:
         case = Case.read("bar.toml")
@@ -36,6 +45,7 @@ def main() -> None:
     emulator = case.train("regression", samples=25, progress=False)
     prediction = emulator.predict([10.0, 12.0])
     estimate = emulator.estimate(prediction)
+    print(emulator.page("beam.html")["shown error"])
     print(largest(case, 10.0), within(emulator, 10), f"{float(estimate.mean):.1e}", prediction.volumes)
 
 

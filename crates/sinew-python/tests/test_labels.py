@@ -37,6 +37,31 @@ def test_frames_and_their_rows_are_read_by_name(bar: Case) -> None:
         bar.solve(pandas.DataFrame([[9.0, 12.0, 9.0]], columns=["mu", "lambda", "mu"]))
 
 
+def test_heads_may_have_units(bar: Case) -> None:
+    # Tables of the program have such heads.
+    assert rows(bar, {"lambda [Pa]": [10e3, 14e3, 12e3], "mu[kPa]": [15.0, 11.0, 9.0]}) == ASKED
+    with pytest.raises(CaseError, match="not a unit of stress"):
+        bar.solve({"lambda [mm]": 10.0, "mu": 15.0})
+    with pytest.raises(CaseError, match="twice"):
+        bar.solve({"lambda [kPa]": 10.0, "lambda": 10.0, "mu": 15.0})
+
+
+def test_coordinates_of_points_are_read_by_name(bar: Case) -> None:
+    pandas = pytest.importorskip("pandas")
+    keys = dict(
+        law="neo-hookean",
+        parameters={"mu": [8.0, 16.0], "lambda": [8.0, 16.0]},
+        supports=[{"clamped": "left"}],
+        node_sets={"left": bar.points[:, 0] == 0},
+    )
+    turned = pandas.DataFrame(bar.points[:, ::-1], columns=["z", "y", "x"])
+    assert np.array_equal(Case(mesh=(turned, bar.cells), **keys).points, bar.points)
+    unnamed = pandas.DataFrame(bar.points)
+    assert np.array_equal(Case(mesh=(unnamed, bar.cells), **keys).points, bar.points)
+    with pytest.raises(CaseError, match="components are labelled r, phi, z"):
+        Case(mesh=(pandas.DataFrame(bar.points, columns=["r", "phi", "z"]), bar.cells), **keys)
+
+
 def test_named_tuples_are_read_by_name(bar: Case) -> None:
     # `lambda` is a word of Python, which pandas calls `_0` then.
     Renamed = namedtuple("Renamed", ["_0", "mu"], rename=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pysinew import Case, CaseError
+from pysinew import Case, CaseError, Solutions, SolveError
 
 # Two sets of one body, which a permutation would exchange.
 THETAS = np.array([[9.0, 12.0], [15.0, 10.0], [11.0, 14.0]])
@@ -97,6 +97,39 @@ def test_what_is_no_mesh_is_refused(points: object, cells: object, said: str) ->
     with pytest.raises(CaseError) as error:
         Case(mesh=(points, cells), law="neo-hookean", parameters={}, supports=[{"clamped": "a"}])
     assert said in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("sets", "said"),
+    [
+        ({"node_sets": {"x": np.ones(3, dtype=bool)}}, "a mask of shape (3,); give one entry for each of 4 nodes"),
+        ({"node_sets": {"x": np.ma.masked_array([0, 1], mask=[0, 1])}}, "the node set `x`: masked entries"),
+        ({"node_sets": [0, 1]}, "node_sets: give a dictionary of sets by their names"),
+        ({"facet_sets": {1: [[0, 1, 2]]}}, "facet_sets: give a dictionary of sets by their names"),
+        ({"merge": "yes"}, "merge = 'yes': give True or False"),
+    ],
+)
+def test_what_is_no_set_is_refused(sets: dict, said: str) -> None:
+    mesh = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2, 3]])
+    with pytest.raises(CaseError) as error:
+        Case(mesh=mesh, law="neo-hookean", parameters={}, supports=[{"clamped": "x"}], **sets)
+    assert said in str(error.value)
+
+
+def test_displacements_of_ones_own_are_doubles_of_the_nodes(bar: Case) -> None:
+    found = bar.solve([10.0, 12.0], progress=False)
+    single = Solutions(bar, found.theta.astype(np.float32), found.displacement.astype(np.float32), [[]])
+    stress, expected = (own.stresses()["cauchy_stress"] for own in (single, found))
+    # Rounding of displacements to 24 bits: 1e-6 mm over cells of 3 mm, times a stiffness of 50 kPa.
+    assert np.abs(stress - expected).max() < 1e-4
+    short = Solutions(bar, found.theta, found.displacement[1:], [[]])
+    for asked in (short.stresses, short.reactions, lambda: short.volumes):
+        with pytest.raises(CaseError, match="the case has 63 nodes"):
+            asked()
+    lost = Solutions(bar, np.stack([found.theta] * 2), np.stack([found.displacement, np.nan * found.displacement]), [[], []], {1: "no equilibrium"})
+    for asked in (lost.stresses, lost.reactions, lambda index: lost.write("never.vtu", index)):
+        with pytest.raises(SolveError, match="set 1: no equilibrium"):
+            asked(-1)
 
 
 def test_units_are_those_of_a_case_file(bar: Case) -> None:

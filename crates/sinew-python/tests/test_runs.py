@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -73,11 +75,30 @@ def test_displacements_on_a_mesh_are_emulated(bar: Case) -> None:
     fields = solved.displacement
     columns = {"mu [kPa]": solved.theta[:, 0], "lambda [kPa]": solved.theta[:, 1]}
     emulator = Runs.of_fields(columns, fields, (bar.points, bar.cells), progress=False)
+    # The unit is that of the mesh, which only the user knows.
+    assert emulator.left_out["displacement"].unit == "1"
+    named = Runs.of_fields(columns, fields / 1000.0, (bar.points / 1000.0, bar.cells), unit="m", progress=False)
+    assert named.left_out["displacement"].unit == "m"
     found, width = emulator.predict(solved.theta[3])["displacement"]
     error = np.sqrt(np.mean(np.sum((found - fields[3]) ** 2, axis=1)))
     assert found.shape == fields[3].shape and error <= 3 * width
     with pytest.raises(EmulatorError, match="numbers in a run"):
         Runs.of_fields(columns, fields[:, 1:], (bar.points, bar.cells), progress=False)
+    with pytest.raises(CaseError, match="they are positions"):
+        Runs.of_fields(columns, fields + bar.points, (bar.points, bar.cells), progress=False)
+
+
+def test_units_of_columns_are_those_of_the_runs(runs: Runs) -> None:
+    assert runs.predict({"k [kPa]": 3.0, "angle [deg]": 20.0})["volume"] == runs.predict({"k": 3.0, "angle": 20.0})["volume"]
+    with pytest.raises(CaseError, match="theta: k is in MPa here and in kPa in the runs"):
+        runs.predict({"k [MPa]": 0.003, "angle": 20.0})
+    with pytest.raises(CaseError, match="data: volume is in l here and in ml in the runs"):
+        runs.posterior({"volume [l]": (0.07, 0.01)})
+
+
+def test_runs_are_the_same_in_a_copy(runs: Runs) -> None:
+    theta = {"k": 3.0, "angle": 20.0}
+    assert pickle.loads(pickle.dumps(runs)).predict(theta) == copy.deepcopy(runs).predict(theta) == runs.predict(theta)
 
 
 def test_names_and_labels_decide(theta: dict[str, np.ndarray], runs: Runs) -> None:

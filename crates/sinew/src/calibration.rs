@@ -1,9 +1,13 @@
 //! Calibrations for people: progress, pressure–volume curve, sentences, report.
 
+mod check;
+mod folder;
 mod page;
 
 use crate::case::stress_in_kpa;
 use crate::patient::Prepared;
+pub use check::{ahead_in_words, setting_in_words};
+pub use folder::{SOLVES, kept, remove_results, written};
 pub use page::{report, too_stiff};
 use rayon::prelude::*;
 use sinew_calibrate::{Forward, Identified, Klotz, Observable, Posterior, Solves};

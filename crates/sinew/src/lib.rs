@@ -109,9 +109,10 @@ pub use sinew_mesh::MeshError;
 pub use sinew_report::ReportError;
 pub use theta::{
     TableRow, ThetaText, admissible, heads, outside, parse_theta, parse_theta_but, parse_way,
-    range_in_words, read_rows, read_thetas, theta_in_words, theta_of, values_in_words,
+    range_in_words, read_rows, read_thetas, theta_in_words, theta_of, thetas_along,
+    values_in_words,
 };
-pub use viewer::viewer;
+pub use viewer::{PAGE_SEED, viewer};
 pub use wall::ventricle;
 pub use {
     sinew_calibrate as calibrate, sinew_emulate as emulate, sinew_energy as energy,

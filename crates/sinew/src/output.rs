@@ -4,12 +4,12 @@ mod table;
 
 use crate::npz;
 use crate::stresses::{StressField, add_stresses, stress_fields};
-use crate::theta::heads;
+use crate::theta::{heads, theta_in_words};
 use sinew_emulate::Simulations;
 pub use sinew_energy::metrics::mean_and_largest;
 use sinew_energy::metrics::volume_ratios;
 use sinew_energy::{Body, Unit};
-use sinew_fem::{CellStress, mixed_stresses};
+use sinew_fem::{CellStress, TraceEnd, mixed_stresses};
 use sinew_mesh::{AnyMesh, DISPLACEMENT, Field, MeshError, to_npy, to_npy_of};
 use sinew_report::format::digits;
 use std::fs::File;
@@ -330,6 +330,14 @@ pub fn by_row<'f>(thetas: &[Vec<f64>], found: &'f Simulations) -> Vec<Result<usi
         None => solved.next().map(Ok),
     };
     thetas.iter().filter_map(place).collect()
+}
+
+/// Place where a path of equilibria ended, and why.
+pub fn end_in_words(body: &Body, end: &TraceEnd) -> String {
+    let [reached, beyond] = [&end.reached, &end.beyond].map(|theta| theta_in_words(body, theta));
+    let branch = "the nearest equilibrium there is on another branch: a limit point or a bifurcation lies between them";
+    let why = end.error.as_ref().map_or(branch.into(), ToString::to_string);
+    format!("the path ends between {reached} and {beyond}: {why}")
 }
 
 /// Least and largest volume ratio J over the quadrature points.

@@ -133,7 +133,10 @@ impl Runs {
     }
 
     /// Runs with the mesh of their displacements.
-    fn on(self, mesh: AnyMesh) -> Result<Self, String> {
+    ///
+    /// # Errors
+    /// Displacements that are positions.
+    pub fn on(self, mesh: AnyMesh) -> Result<Self, String> {
         let points = mesh.points().as_flattened();
         let are_near = |values: &Vec<f64>| {
             let off = values.iter().zip(points).map(|(value, point)| value - point);

@@ -173,6 +173,22 @@ pub fn parse_way(text: &str, parameters: &[Parameter]) -> Result<(usize, [f64; 2
     }
 }
 
+/// θ of the frames of a way along a parameter, given by its place in θ with two ends; there is one frame more than steps.
+///
+/// ```
+/// assert_eq!(sinew::thetas_along(&[7.0, 0.0], (1, [0.0, 8.0]), 2)[1], [7.0, 4.0]);
+/// ```
+pub fn thetas_along(theta: &[f64], (index, ends): (usize, [f64; 2]), steps: u32) -> Vec<Vec<f64>> {
+    let at = |frame: u32| {
+        let part = f64::from(frame) / f64::from(steps);
+        let mut theta = theta.to_vec();
+        // Without rounding at either end.
+        theta[index] = (1.0 - part) * ends[0] + part * ends[1];
+        theta
+    };
+    (0..=steps).map(at).collect()
+}
+
 /// An end of a way without unit, other than 0, and the unit of the other end where that is not the parameter's.
 fn unclear<'a>(
     [start, end]: [&'a str; 2],

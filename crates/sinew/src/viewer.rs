@@ -14,6 +14,8 @@ use sinew_report::format::digits;
 use sinew_report::{Packed, Quantity, Slider, Source, Viewer, ViewerCavity, ViewerEmulator};
 pub(crate) use surface::Surface;
 
+/// Seed of the predictions that the program makes a page from.
+pub const PAGE_SEED: u64 = 0x9a6e;
 /// Predictions that they are measured on.
 const CHECKED: usize = 100;
 /// Highest total degree of polynomials.

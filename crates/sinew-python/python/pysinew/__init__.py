@@ -9,8 +9,8 @@ from ._native import __version__
 from .case import Case, Parameter, Unloaded
 from .emulator import Emulator
 from .errors import CalibrationError, CaseError, EmulatorError, SinewError, SinewWarning, SolveError
-from .posterior import Posterior
-from .results import Answers, Corrections, Estimate, Fields, Predictions, Solutions
+from .posterior import Check, Posterior
+from .results import Answers, Corrections, Estimate, Fields, MeshCheck, Predictions, Solutions
 from .runs import LeftOut, Runs
 
 __all__ = [
@@ -18,12 +18,14 @@ __all__ = [
     "CalibrationError",
     "Case",
     "CaseError",
+    "Check",
     "Corrections",
     "Emulator",
     "EmulatorError",
     "Estimate",
     "Fields",
     "LeftOut",
+    "MeshCheck",
     "Parameter",
     "Posterior",
     "Predictions",

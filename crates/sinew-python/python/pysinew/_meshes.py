@@ -9,6 +9,7 @@ import numpy as np
 
 from ._native import NativeMesh
 from ._numbers import Floats, floats, indices, unmasked
+from ._theta import by_axes
 from .errors import CaseError
 
 # Kinds of cells by the names of meshio: VTK's number, nodes, dimension.
@@ -37,7 +38,7 @@ class Blocks:
     """A mesh while it is put together, with the places of its blocks among all cells."""
 
     def __init__(self, points: Any) -> None:
-        array = floats(points, "mesh: points")
+        array = floats(by_axes(points, "mesh: points"), "mesh: points")
         if array.ndim != 2 or array.shape[1] not in (2, 3):
             raise CaseError(f"mesh: points of shape {array.shape}; give a row of three coordinates for every node")
         if array.shape[1] == 2:
@@ -98,10 +99,13 @@ def read(
             f"mesh: a {type(mesh).__name__} is no mesh; give one of meshio or pyvista, (points, cells), the path of a file, or keys "
             f"such as {{'box': {{'extent': [100, 10, 10], 'cells': [12, 4, 5]}}}}"
         )
-    for name, nodes in (node_sets or {}).items():
+    for name, nodes in _named(node_sets, "node_sets").items():
+        unmasked(nodes, f"mesh: the node set `{name}`")
         array = np.asarray(nodes)
+        if array.dtype.kind == "b" and array.shape != (len(blocks.points),):
+            raise CaseError(f"mesh: the node set `{name}`: a mask of shape {array.shape}; give one entry for each of {len(blocks.points)} nodes")
         blocks.name_nodes(name, np.flatnonzero(array) if array.dtype.kind == "b" else array)
-    for name, facets in (facet_sets or {}).items():
+    for name, facets in _named(facet_sets, "facet_sets").items():
         array = indices(facets, f"mesh: the facet set `{name}`")
         width = array.shape[1] if array.ndim == 2 else 0
         kind = {2: "line", 3: "triangle", 4: "quad", 6: "triangle6"}.get(width)
@@ -111,6 +115,12 @@ def read(
     if merge:
         blocks.native.merge_nodes()
     return blocks.native
+
+
+def _named(sets: Any, what: str) -> Mapping[str, Any]:
+    if not isinstance(sets or {}, Mapping) or any(not isinstance(name, str) for name in sets or {}):
+        raise CaseError(f"{what}: give a dictionary of sets by their names")
+    return sets or {}
 
 
 def _from_arrays(points: Any, cells: Any) -> Blocks:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from numbers import Integral
+from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
@@ -44,6 +44,34 @@ def count(value: Any, what: str, least: int = 0) -> int:
     return int(value)
 
 
+def number(value: Any, what: str) -> float:
+    """A finite number."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, Real) or not np.isfinite(float(value)):
+        raise CaseError(f"{what} = {value!r}: give a finite number")
+    return float(value)
+
+
+def positive(value: Any, what: str) -> float:
+    """A finite number above 0."""
+    if number(value, what) <= 0.0:
+        raise CaseError(f"{what} = {value!r}: give a number above 0")
+    return float(value)
+
+
+def flag(value: Any, what: str) -> bool:
+    """True or False."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise CaseError(f"{what} = {value!r}: give True or False")
+    return bool(value)
+
+
+def words(value: Any, what: str) -> str:
+    """A text."""
+    if not isinstance(value, str):
+        raise CaseError(f"{what} = {value!r}: give a text")
+    return value
+
+
 def choice(value: Any, choices: tuple[str, ...], what: str) -> str:
     """One of some words."""
     if value not in choices:
@@ -55,7 +83,7 @@ def indices(values: Any, what: str) -> NDArray[np.int64]:
     """An array of whole numbers, 0 or more."""
     unmasked(values, what)
     array = np.asarray(values)
-    if array.dtype.kind not in "iu":
+    if array.size and array.dtype.kind not in "iu":
         raise CaseError(f"{what}: whole numbers are needed, not {array.dtype}")
     if array.size and int(array.min()) < 0:
         raise CaseError(f"{what}: {int(array.min())} is not the number of a node or cell; give 0 or more")

@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Callable
 from typing import Any, Union
 
-from .errors import SinewWarning
+from .errors import CaseError, SinewWarning
 
 # Called with a stage, the share of it that is done, the seconds left (infinite while unknown) and a message.
 Listener = Callable[[str, float, float, str], None]
@@ -112,6 +112,8 @@ class shown:
     """A listener for one computation, whose bar is cleared at the end."""
 
     def __init__(self, progress: ProgressArgument) -> None:
+        if progress is not None and not isinstance(progress, bool) and not callable(progress):
+            raise CaseError(f"progress = {progress!r}: give None, False or a function of stage, fraction, seconds left and message")
         if callable(progress):
             self.bar: Bar = Told(progress)
         else:

@@ -18,6 +18,10 @@ from .errors import CaseError
 Theta = Union[None, Mapping[str, Any], Sequence[Any], NDArray[Any]]
 
 
+# A path of one parameter: "p=0..8mmHg", or {"p": (0, "8 mmHg")}.
+Way = Union[str, Mapping[str, Any]]
+
+
 class Sets(NamedTuple):
     """Parameter sets, a row each."""
 
@@ -70,6 +74,18 @@ def _table(case: NativeCase, theta: Any) -> Union[Floats, tuple[Floats, bool]]:
     return table
 
 
+def way(along: Any) -> tuple[str, str]:
+    """Name of the parameter of a path, and the path as the program reads it."""
+    if isinstance(along, str):
+        return along.partition("=")[0].strip(), along
+    pairs = list(along.items()) if isinstance(along, Mapping) else []
+    if len(pairs) != 1 or isinstance(pairs[0][1], str) or not hasattr(pairs[0][1], "__len__") or len(pairs[0][1]) != 2:
+        raise CaseError(f"along = {along!r}: give one parameter with two ends, such as \"p=0..8mmHg\" or {{\"p\": (0, \"8 mmHg\")}}")
+    name, ends = str(pairs[0][0]), pairs[0][1]
+    start, end = (text(f"along: {name}", value) for value in (ends[0], ends[1]))
+    return name, f"{name}={start}..{end}"
+
+
 def values_by_name(theta: Any, names: list[str]) -> Union[Mapping[str, Any], None]:
     """Values by the names that frames, rows of them, named tuples and xarray carry; None where there are none."""
     if isinstance(theta, Mapping):
@@ -106,6 +122,16 @@ def labels_of(value: Any) -> Union[list[list[Any]], None]:
     return None
 
 
+def by_axes(values: Any, what: str) -> Any:
+    """Vectors along the last axis as x, y, z: by the labels of that axis where it has any, else by place."""
+    labels = list(values.columns) if hasattr(values, "columns") else (labels_of(values) or [[]])[-1]
+    if not labels or labels == list(range(len(labels))):
+        return values
+    if labels not in ([*"xy"], [*"xyz"]) and sorted(map(str, labels)) != [*"xyz"]:
+        raise CaseError(f"{what}: components are labelled {', '.join(map(str, labels))}; label them x, y, z, or give their values alone")
+    return np.asarray(values)[..., [labels.index(axis) for axis in sorted(labels)]]
+
+
 def text(name: str, value: Any) -> str:
     """A value as a case file would hold it."""
     if isinstance(value, str):
@@ -121,7 +147,13 @@ def text(name: str, value: Any) -> str:
 def _one(case: NativeCase, theta: Any) -> Floats:
     if not isinstance(theta, Mapping):
         raise CaseError(f"theta: a {type(theta).__name__} stands among sets by name; give them all in one way")
-    return case.theta([(str(name), text(str(name), value)) for name, value in theta.items()])
+    pairs = []
+    for name, value in theta.items():
+        # A head with a unit, as tables have it: `p [mmHg]`.
+        own, _, unit = str(name).partition("[")
+        said = text(str(name), value)
+        pairs.append((own.strip(), f"{said} {unit.rstrip(']')}" if unit else said))
+    return case.theta(pairs)
 
 
 def _by_name(case: NativeCase, theta: Mapping[str, Any]) -> tuple[Floats, bool]:
@@ -137,7 +169,9 @@ def _by_name(case: NativeCase, theta: Mapping[str, Any]) -> tuple[Floats, bool]:
         return _one(case, theta)[np.newaxis], True
     count = max(len(column) for column in columns.values())
     for name, column in columns.items():
-        if len(column) != count or np.ndim(column) != 1:
+        if np.ndim(column) != 1:
+            raise CaseError(f"theta: {name} of shape {np.shape(column)}; give a column of numbers")
+        if len(column) != count:
             raise CaseError(f"theta: {name} has {len(column)} values where another parameter has {count}; give columns of one length")
     rows = [
         _one(case, {name: columns[name][row] if name in columns else value for name, value in theta.items()})

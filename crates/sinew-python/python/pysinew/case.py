@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _meshes, _numbers, _theta, _views, posterior
-from ._native import NativeCase, calibrate, scenes, synthesise
+from ._native import NativeCase, calibrate, check_calibration, scenes, synthesise
 from ._numbers import Floats
 from ._progress import ProgressArgument, shown, warn
-from ._theta import Theta
+from ._theta import Theta, Way
 from .errors import CaseError, SolveError
-from .posterior import Posterior
-from .results import Answers, Solutions
+from .posterior import Check, Posterior
+from .results import Answers, MeshCheck, Solutions
 
 if TYPE_CHECKING:
     from .emulator import Emulator
@@ -58,6 +58,12 @@ def _plain(value: Any) -> Any:
     raise CaseError(f"a {type(value).__name__} has no place in a case; give numbers, texts, lists or dictionaries")
 
 
+def _listed(value: Any, what: str) -> list[Any]:
+    if isinstance(value, (str, Mapping)) or not hasattr(value, "__iter__"):
+        raise CaseError(f"{what} = {value!r}: give a list of dictionaries")
+    return list(value)
+
+
 class Case:
     """A body with its parameters θ, from a case file, a built-in scene, or a mesh in memory.
 
@@ -90,12 +96,12 @@ class Case:
         facet_sets: Mapping[str, Any] | None = None,
     ) -> None:
         keys: dict[str, Any] = {
-            "name": name,
+            "name": _numbers.words(name, "name"),
             "law": law,
-            "formulation": formulation,
+            "formulation": formulation and _numbers.words(formulation, "formulation"),
             "parameters": parameters,
-            "supports": list(supports),
-            "loads": list(loads),
+            "supports": _listed(supports, "supports"),
+            "loads": _listed(loads, "loads"),
             "fibres": fibres,
             "select": select,
             "training": training,
@@ -104,6 +110,7 @@ class Case:
             "calibration": calibration,
         }
         source: dict[str, Any] = {} if unit is None else {"unit": unit}
+        merge = _numbers.flag(merge, "merge")
         given = None
         if isinstance(mesh, (Mapping, str, PathLike)):
             keys_of_mesh = mesh if isinstance(mesh, Mapping) else {"file": os.fspath(mesh)}
@@ -142,7 +149,7 @@ class Case:
     @classmethod
     def scene(cls, name: str) -> Case:
         """A built-in scene by its name; `Case.scenes` lists them."""
-        if name.lower() not in (known.lower() for known in scenes()):
+        if _numbers.words(name, "name").lower() not in (known.lower() for known in scenes()):
             raise CaseError(f"there is no scene `{name}`; scenes: {', '.join(scenes())}")
         return cls._of(NativeCase.read(name))
 
@@ -154,7 +161,7 @@ class Case:
     @classmethod
     def parse(cls, text: str, name: str = "case") -> Case:
         """A case from the text of a case file."""
-        return cls._of(NativeCase.parse(text, name))
+        return cls._of(NativeCase.parse(_numbers.words(text, "text"), _numbers.words(name, "name")))
 
     @cached_property
     def _state(self) -> tuple[str, str, bool, bytes]:
@@ -168,6 +175,11 @@ class Case:
     def __repr__(self) -> str:
         names = ", ".join(parameter.name for parameter in self.parameters)
         return f"<Case {self.name}: {len(self.points)} nodes, {len(self.cells)} cells, parameters {names}>"
+
+    @cached_property
+    def _width(self) -> int:
+        """Numbers of a displacement."""
+        return 3 * len(self.points)
 
     @property
     def name(self) -> str:
@@ -232,6 +244,8 @@ class Case:
         theta: Theta = None,
         *,
         load_steps: bool = False,
+        along: Way | None = None,
+        frames: int | None = None,
         folder: Path | None = None,
         progress: ProgressArgument = None,
     ) -> Solutions:
@@ -241,12 +255,22 @@ class Case:
         middle of the ranges. `load_steps` raises the load step by step from rest. In a `folder` solutions are kept as they are
         made, and found again by a call with the same θ.
 
+        `along` is a path of one parameter, as `"p=0..8mmHg"` or `{"p": (0, "8 mmHg")}`, in `frames` steps (20 unless told), each of which starts from
+        the equilibrium before. θ gives the other parameters, and there is one set more than steps. Frames behind the end of the path, where the body
+        snaps, are failures.
+
         Raises `SolveError` where one set was asked for and has no equilibrium; of several, failures are listed.
         """
+        if along is not None:
+            if load_steps or folder is not None:
+                raise CaseError("along starts at rest by load steps and keeps no folder; leave load_steps and folder out")
+            return self._along(theta, along, 20 if frames is None else _numbers.count(frames, "frames", 1), progress)
+        if frames is not None:
+            raise CaseError("frames are those of a path; give along as well")
         sets = _theta.read(self._native, theta)
         warn(self._native.outside(sets.rows))
         with shown(progress) as bar:
-            found = self._native.solve(sets.rows, load_steps, folder, bar)
+            found = self._native.solve(sets.rows, _numbers.flag(load_steps, "load_steps"), folder, bar)
         warn(found["warnings"])
         failures = dict(found["failures"])
         self._refuse(sets, failures)
@@ -256,6 +280,34 @@ class Case:
         empty: list[list[str]] = [[] for _ in sets.rows]
         values, displacement, seconds = map(sets.pick, (sets.values, found["displacement"], found["seconds"]))
         return Solutions(self, values, displacement, empty, failures, seconds)
+
+    def _along(self, theta: Theta, along: Way, frames: int, progress: ProgressArgument) -> Solutions:
+        name, way = _theta.way(along)
+        if isinstance(theta, Mapping):
+            # The path has all values of its own.
+            middle = dict(zip([own.name for own in self.parameters], self._native.shown(self._native.centre()[np.newaxis])[0]))
+            # A path of no parameter is refused below.
+            theta = {**theta, name: middle[name]} if name in middle else None
+        rows = _theta.read(self._native, theta).single().rows
+        with shown(progress) as bar:
+            found = self._native.along(rows, way, frames, bar)
+        thetas, end = found["theta"], found["end"]
+        warn([*found["warnings"], *([] if end is None else [f"{found['found']} of {len(thetas)} frames were found: {end}"])])
+        failures = {frame: end for frame in range(found["found"], len(thetas))}
+        empty: list[list[str]] = [[] for _ in thetas]
+        seconds = np.full(len(thetas), np.nan)
+        return Solutions(self, self._native.shown(thetas), found["displacement"], empty, failures, seconds)
+
+    def check_mesh(self, theta: Theta = None, *, progress: ProgressArgument = None) -> MeshCheck:
+        """How far the equilibrium at one θ is from that in quadratic cells: what the case's own cells lose, as by `sinew solve --check-mesh`."""
+        theta = _theta.read(self._native, theta).single().values
+        if self.cells.shape[1] in (8, 10):
+            kind = "hexahedra" if self.cells.shape[1] == 8 else "quadratic tetrahedra"
+            raise CaseError(f"check_mesh: quadratic cells are not made of {kind}; compare with a finer mesh")
+        better = self.quadratic()
+        own, other = (case.solve(theta, progress=progress).one().ravel() for case in (self, better))
+        mean, largest, loss, volumes, words = self._native.compared(own, better._native, other)
+        return MeshCheck(mean, largest, loss, {name: (ours, theirs) for name, (ours, theirs) in volumes}, words)
 
     def sensitivity(self, theta: Theta = None) -> Floats:
         """Derivative of the equilibrium's displacement by each parameter [mm per unit of the parameter], (p, nodes, 3), at one θ."""
@@ -277,8 +329,9 @@ class Case:
         """Displacements to a relative accuracy by the method that costs least, every one with its checked error."""
         sets = _theta.read(self._native, thetas)
         warn(self._native.outside(sets.rows))
-        if emulator is not None and emulator.case is not self:
-            raise CaseError("the emulator is of another case; call `answers` of its own, `emulator.case`")
+        if emulator is not None and getattr(emulator, "case", None) is not self:
+            raise CaseError("the emulator is none of this case; call `answers` of its own, `emulator.case`")
+        accuracy = _numbers.number(accuracy, "accuracy")
         native = None if emulator is None else emulator._native
         with shown(progress) as bar:
             found = self._native.answers(sets.rows, accuracy, native, bar)
@@ -332,10 +385,15 @@ class Case:
         given = {key: value for key, value in given.items() if value is not None}
         for key in {"samples", "seed", "held_out", "batch"} & given.keys():
             given[key] = _numbers.count(given[key], key)
+        for key in {"target", "minutes", "learning_rate"} & given.keys():
+            given[key] = _numbers.number(given[key], key)
+        if not isinstance(given.get("network", {}), Mapping):
+            raise CaseError(f"network = {network!r}: give a dictionary of its sizes, such as {{'virtual_nodes': [97, 24]}}")
         for key, choices in {"recipe": Recipe, "design": Design, "optimiser": Optimiser}.items():
             if key in given:
                 _numbers.choice(given[key], get_args(choices), key)
         options = json.dumps(given, default=_plain)
+        resume, restart = _numbers.flag(resume, "resume"), _numbers.flag(restart, "restart")
         locking = self._native.locking()
         warn([] if locking is None else [locking])
         with shown(progress) as bar:
@@ -368,16 +426,44 @@ class Case:
             Case._of(native), found["displacement"], found["distance"], tuple(found["volume_ratios"]), found["iterations"]
         )
 
-    def calibrate(self, *, seed: int | None = None, progress: ProgressArgument = None) -> Posterior:
+    def calibrate(
+        self,
+        *,
+        seed: int | None = None,
+        budget: float | None = None,
+        folder: Path | None = None,
+        resume: bool = False,
+        restart: bool = False,
+        progress: ProgressArgument = None,
+    ) -> Posterior:
         """The posterior of the parameters, of a case whose mesh is an image and which has `phases` and `data`. Every draw is corrected by
         the solver; `calibration` of the case sets how.
+
+        `seed` replaces that of the case. A `budget` [s] ends with an error when it is over. In a `folder` all solves are kept as they are made, and
+        the files of `sinew calibrate` are written, its page among them. A run that was stopped goes on with `resume`, to the same numbers; `restart`
+        solves everything anew.
 
         Raises `CalibrationError` where the solver does not confirm a posterior.
         """
         seed = None if seed is None else _numbers.count(seed, "seed")
+        resume, restart = _numbers.flag(resume, "resume"), _numbers.flag(restart, "restart")
+        if folder is None and (resume or restart):
+            raise CaseError("resume and restart are about stored solves; name their folder")
+        if resume and restart:
+            raise CaseError("resume goes on from stored solves and restart starts anew without them; give one")
+        budget = None if budget is None else _numbers.positive(budget, "budget")
         with shown(progress) as bar:
-            groups, words = calibrate(self._native, seed, bar)
+            groups, words, doubts = calibrate(self._native, seed, budget, folder, (resume, restart), bar)
+        warn(doubts)
         return posterior.read(self, json.loads(groups), words)
+
+    def check_calibration(self, *, budget: float | None = None, progress: ProgressArgument = None) -> Check:
+        """Whether the model calibrates the data, before anything is sampled: as `sinew calibrate --check`, with its verdict."""
+        budget = None if budget is None else _numbers.positive(budget, "budget")
+        with shown(progress) as bar:
+            found = check_calibration(self._native, budget, bar)
+        warn(found["warnings"])
+        return Check(found["verdict"], dict(found["theta"]), dict(found["misfits"]), found["words"])
 
     def synthesise(self, theta: Mapping[str, Any], seed: int = 1) -> Case:
         """The case with data that the solver gives at θ by name, with noise of their standard deviations."""

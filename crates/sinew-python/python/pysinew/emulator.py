@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import json
+import os
 import pathlib
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import _theta
+from . import _files, _theta
 from ._native import NativeEmulator
 from ._numbers import Floats, count
-from ._progress import ProgressArgument, shown
+from ._progress import ProgressArgument, shown, warn
 from ._theta import Theta
 from .errors import CaseError
-from .results import Answers, Corrections, Estimate, Predictions
+from .results import Answers, Corrections, Estimate, Fields, Predictions
 
 if TYPE_CHECKING:
     from .case import Case, Path
@@ -31,11 +31,7 @@ class Emulator:
         self._native = native
 
     def __reduce__(self) -> tuple[Any, ...]:
-        with TemporaryDirectory() as folder:
-            self.save(folder)
-            found = filter(pathlib.Path.is_file, pathlib.Path(folder).rglob("*"))
-            files = {str(file.relative_to(folder)): file.read_bytes() for file in found}
-        return _revived, (self.case, files)
+        return _revived, (self.case, _files.stored(self.save))
 
     def __repr__(self) -> str:
         return f"<Emulator of {self.case.name}: {self}>"
@@ -81,6 +77,8 @@ class Emulator:
 
     def estimate(self, prediction: Predictions, *, progress: ProgressArgument = None) -> Estimate:
         """How far a prediction is from equilibrium, by Newton steps from it that contract, or why there is no telling."""
+        if not isinstance(prediction, Fields):
+            raise CaseError(f"estimate takes what `predict` gives, not a {type(prediction).__name__}")
         if prediction.case is not self.case:
             raise CaseError("the prediction is of another case; estimate it by an emulator of its own")
         sets = _theta.read(self.case._native, prediction.theta)
@@ -104,6 +102,17 @@ class Emulator:
         """Derivative of the displacement by each parameter [mm per unit of the parameter], (p, nodes, 3), at one θ."""
         return self._native.sensitivity(_theta.read(self.case._native, theta).single().rows)
 
+    def page(self, path: Path, *, progress: ProgressArgument = None) -> dict[str, str]:
+        """Writes one self-contained page for a browser, as `sinew export --page`: the body with a slider for every parameter, and its error. Returns what was
+        measured of the page, by name."""
+        if not os.fspath(path).lower().endswith((".html", ".htm")):
+            raise CaseError(f"{os.fspath(path)}: a page is HTML; give a name that ends with .html")
+        with shown(progress) as bar:
+            html, facts, doubts = self._native.page(bar)
+        warn(doubts)
+        pathlib.Path(path).write_text(html, encoding="utf-8")
+        return dict(facts)
+
     def save(self, folder: Path) -> None:
         """Stores it in a folder, for `Case.load` and for the program `sinew`."""
         self._native.save(folder)
@@ -111,12 +120,7 @@ class Emulator:
 
 def _revived(case: Case, files: dict[str, bytes]) -> Emulator:
     """The emulator that files hold."""
-    with TemporaryDirectory() as folder:
-        for name, content in files.items():
-            file = pathlib.Path(folder, name)
-            file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_bytes(content)
-        return case.load(folder)
+    return _files.restored(files, case.load)
 
 
 def _estimate(found: dict[str, Any], sets: _theta.Sets) -> Estimate:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -12,7 +12,27 @@ from ._numbers import Floats
 if TYPE_CHECKING:
     from .case import Case
 
-__all__ = ["Posterior"]
+__all__ = ["Check", "Posterior"]
+
+
+@dataclass(frozen=True, eq=False)
+class Check:
+    """Whether a model calibrates data, at the most likely parameters and before anything is sampled.
+
+    Attributes:
+        verdict: `calibrates`, `does not` or `cannot tell`.
+        theta: Most likely parameters by name, in their own units.
+        misfits: Distance of each datum from what the body does there [standard deviations], by the name of the datum.
+        words: The same for people, line by line; the first is the verdict with the number that decides.
+    """
+
+    verdict: Literal["calibrates", "does not", "cannot tell"]
+    theta: dict[str, float]
+    misfits: dict[str, float]
+    words: list[str]
+
+    def __str__(self) -> str:
+        return "\n".join(self.words)
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from dataclasses import dataclass, field
 from os import PathLike, fspath
 from typing import TYPE_CHECKING, Any, Union
@@ -10,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _views
-from ._numbers import Floats
-from .errors import CaseError
+from ._numbers import Floats, flag
+from .errors import CaseError, SolveError
 
 if TYPE_CHECKING:
     from .case import Case
 
-__all__ = ["Answers", "Corrections", "Estimate", "Fields", "Predictions", "Solutions"]
+__all__ = ["Answers", "Corrections", "Estimate", "Fields", "MeshCheck", "Predictions", "Solutions"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,13 +48,30 @@ class Fields:
         return self.displacement.ndim == 2
 
     def _rows(self) -> Floats:
-        return self.displacement.reshape(len(self), -1)
+        """Displacements as the compiled half reads them, a row for each set."""
+        rows = np.asarray(self.displacement, dtype=np.float64).reshape(len(self), -1)
+        if rows.shape[1] != self.case._width:
+            raise CaseError(f"displacement of shape {self.displacement.shape}: the case has {self.case._width // 3} nodes; give three numbers for each")
+        return rows
+
+    def _flat(self, index: int) -> Floats:
+        """The displacement of one set, which has one."""
+        row: Floats = self._rows()[self._place(index)]
+        if not np.isfinite(row).all():
+            why = getattr(self, "failures", {}).get(self._place(index), "its displacement is not finite")
+            raise SolveError(f"set {self._place(index)}: {why}")
+        return row
+
+    def _place(self, index: int) -> int:
+        """Place of a set, which may be counted from the end."""
+        place = operator.index(index)
+        if not -len(self) <= place < len(self):
+            raise IndexError(f"set {place}: there {'is one set, number 0' if len(self) == 1 else f'are {len(self)} sets'}")
+        return place % len(self)
 
     def _of(self, rows: Floats, index: int) -> Floats:
         """The row of one set."""
-        if self.is_one and index not in (0, -1):
-            raise IndexError(f"set {index}: there is one set, number 0")
-        row: Floats = rows if self.is_one else rows[index]
+        row: Floats = rows if self.is_one and self._place(index) == 0 else rows[self._place(index)]
         return row
 
     def one(self, index: int = 0) -> Floats:
@@ -79,16 +97,16 @@ class Fields:
     def stresses(self, index: int = 0) -> dict[str, Floats]:
         """Stress and strain of the cells of one set: `cauchy_stress` [kPa] and `green_lagrange_strain` (cells, 3, 3), principal values,
         `volume` [mm³] and `volume_ratio`, and for laws with fibres their direction, stretch and stress [kPa]."""
-        return self.case._native.stresses(self._in_scene(index), np.ascontiguousarray(self.one(index)).ravel())
+        return self.case._native.stresses(self._in_scene(index), self._flat(index))
 
     def reactions(self, index: int = 0) -> dict[str, Floats]:
         """Forces of the supports on each node set that they hold [kPa mm² = mN], (3,), of one set."""
-        found = self.case._native.reactions(self._in_scene(index), np.ascontiguousarray(self.one(index)).ravel())
+        found = self.case._native.reactions(self._in_scene(index), self._flat(index))
         return {name: np.array(force) for name, force in found}
 
     def _in_scene(self, index: int) -> Floats:
         """Parameters of one set in the units of the scene."""
-        return self.case._native.in_scene(self._of(self.theta, index)[np.newaxis])[0]
+        return self.case._native.in_scene(np.atleast_2d(np.asarray(self._of(self.theta, index), dtype=np.float64))).ravel()
 
     def to_pyvista(self, index: int = 0, stresses: bool = False) -> Any:
         """A `pyvista.UnstructuredGrid` of one set, with its `displacement`."""
@@ -107,8 +125,8 @@ class Fields:
         asked for."""
         if not fspath(path).lower().endswith(".vtu"):
             raise CaseError(f"{fspath(path)}: fields are written as VTU; give a name that ends with .vtu")
-        theta = self._in_scene(index) if stresses else None
-        self.case._native.write_vtu(path, np.ascontiguousarray(self.one(index)), theta)
+        theta = self._in_scene(index) if flag(stresses, "stresses") else None
+        self.case._native.write_vtu(path, self._flat(index), theta)
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +135,7 @@ class Solutions(Fields):
 
     Attributes:
         failures: Why a set has no equilibrium, by its index.
-        seconds: Wall time of each solve [s]; NaN where it failed.
+        seconds: Wall time of each solve [s]; NaN where it failed, and along a path.
     """
 
     failures: dict[int, str] = field(default_factory=dict)
@@ -175,6 +193,28 @@ class Estimate:
 
     def __str__(self) -> str:
         return "\n".join(self.words)
+
+
+@dataclass(frozen=True, eq=False)
+class MeshCheck:
+    """Difference of an equilibrium from that in quadratic cells.
+
+    Attributes:
+        mean: Mean nodal distance [mm].
+        largest: Largest nodal distance [mm].
+        loss: Loss of mean displacement relative to that in quadratic cells; negative where the case's own cells move farther.
+        volumes: Volumes of the cavities in the case's own cells and in quadratic ones [mm³], by name.
+        words: The same for people.
+    """
+
+    mean: float
+    largest: float
+    loss: float
+    volumes: dict[str, tuple[float, float]]
+    words: str
+
+    def __str__(self) -> str:
+        return self.words
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from typing import Any, Union
 
 import numpy as np
 
-from . import _meshes, _theta, posterior
+from . import _files, _meshes, _theta, posterior
 from ._native import NativeRuns
 from ._numbers import Floats, count, floats
 from ._progress import ProgressArgument, shown, warn
@@ -49,6 +49,12 @@ class Runs:
     def __init__(self, native: NativeRuns) -> None:
         self._native = native
 
+    def __repr__(self) -> str:
+        return f"<Runs: {', '.join(self.left_out)} by {', '.join(self.parameters)}>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _revived, (_files.stored(self.save),)
+
     @staticmethod
     def of_table(theta: Any, outputs: Any, *, progress: ProgressArgument = None) -> Runs:
         """From columns by name, which may end with their unit: dictionaries or frames, a row per run."""
@@ -58,9 +64,9 @@ class Runs:
         return Runs._fit(_read(inputs, "theta"), found, None, progress)
 
     @staticmethod
-    def of_fields(theta: Any, displacements: Any, mesh: Any, *, unit: str = "mm", progress: ProgressArgument = None) -> Runs:
-        """From displacements (runs, nodes, 3) on a mesh of meshio or pyvista, or (points, cells)."""
-        array = floats(displacements, "displacements")
+    def of_fields(theta: Any, displacements: Any, mesh: Any, *, unit: str = "1", progress: ProgressArgument = None) -> Runs:
+        """From displacements (runs, nodes, 3) on a mesh of meshio or pyvista, or (points, cells), in its unit, which `unit` may name."""
+        array = floats(_theta.by_axes(displacements, "displacements"), "displacements")
         if array.ndim != 3 or array.shape[2] != 3:
             raise CaseError(f"displacements of shape {array.shape}; give (runs, nodes, 3)")
         results = [("displacement", unit, array.reshape(len(array), -1))]
@@ -117,12 +123,15 @@ class Runs:
         progress: ProgressArgument = None,
     ) -> Posterior:
         """Draws of the parameters given values and standard deviations of outputs, by the emulator alone: no solver confirms them."""
+        if not isinstance(data, Mapping):
+            raise CaseError(f"data: a {type(data).__name__} has no names; give a dictionary of values with their standard deviations")
         measured = []
+        units = {name: unit for name, unit, *_ in self._native.left_out}
         for name, pair in data.items():
             numbers = floats(pair, f"data: {name}")
             if numbers.shape != (2,):
                 raise CaseError(f"data: {name} of shape {numbers.shape}; give its value and its standard deviation")
-            measured.append((_head(name)[0], float(numbers[0]), float(numbers[1])))
+            measured.append((_own(name, units, "data"), float(numbers[0]), float(numbers[1])))
         each = -(-count(draws, "draws") // CHAINS)
         with shown(progress) as bar:
             groups, words, warnings = self._native.posterior(measured, count(seed, "seed"), each, bar)
@@ -133,7 +142,8 @@ class Runs:
         names = list(self.parameters)
         named = _theta.values_by_name(theta, names)
         if named is not None:
-            given = {_head(name)[0]: value for name, value in named.items()}
+            units = {name: unit for name, unit, _ in self._native.parameters}
+            given = {_own(name, units, "theta"): value for name, value in named.items()}
             if set(given) != set(names):
                 raise CaseError(f"theta has {', '.join(given)}; the parameters are {', '.join(names)}")
             _same_labels(given.values(), "theta")
@@ -149,10 +159,24 @@ class Runs:
         return np.ascontiguousarray(np.atleast_2d(array)), array.ndim == 1
 
 
+def _revived(files: dict[str, bytes]) -> Runs:
+    """The emulator that files hold."""
+    return _files.restored(files, Runs.load)
+
+
 def _head(text: Any) -> tuple[str, str]:
     """Name and unit of a column such as `mu [kPa]`."""
     name, _, unit = str(text).partition("[")
     return name.strip(), unit.strip().rstrip("]").strip()
+
+
+def _own(text: Any, units: Mapping[str, str], what: str) -> str:
+    """Name of a column, whose unit is that of the runs if it has one."""
+    name, unit = _head(text)
+    own = units.get(name, unit)
+    if unit and unit != own:
+        raise CaseError(f"{what}: {name} is in {unit} here and in {own} in the runs; give it in {own}")
+    return name
 
 
 def _same_labels(columns: Iterable[Any], what: str) -> None:

@@ -2,40 +2,20 @@
 
 use super::runs::DataFile;
 use super::{
-    CaseArguments, Unpassed, Usage, check_folder, keep_foreign, marked, refuse, refuse_if, same,
+    CaseArguments, Unpassed, Usage, check_folder, keep_foreign, marked, refuse_if, same,
     tell_reading, warn, write,
 };
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::Args;
-use sinew::calibration::{Curve, arviz, in_words, observed, report, too_stiff};
-use sinew::case::stress_in_kpa;
-use sinew::{Parameter, PatientFile, Prepared, admissible, outside, parse_theta};
-use sinew_calibrate::{
-    CalibrateError, Identifiability, Mode, Patient, Posterior, Verdict, calibrate,
-    check_identifiability, noise_in_words,
+use sinew::calibration::{
+    ahead_in_words, in_words, kept, observed, setting_in_words, too_stiff, written,
 };
+use sinew::{Parameter, PatientFile, admissible, outside, parse_theta};
+use sinew_calibrate::{CalibrateError, Verdict, calibrate, check_identifiability};
 use sinew_emulate::Terminal;
 use sinew_report::Provenance;
-use sinew_report::format::{digits, trimmed};
-use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
-
-/// Misfit \[standard deviations\] from which on `--check` marks a datum.
-const DOUBTFUL: f64 = 3.0;
-
-/// Solves of a run within its folder.
-pub(super) const SOLVES: &str = "solves.csv";
-/// Results of a run within its folder.
-const RESULTS: [&str; 7] = [
-    "posterior.csv",
-    "posterior.json",
-    "provenance.json",
-    "edpvr.csv",
-    "rest.vtu",
-    "report.html",
-    "report.json",
-];
 
 /// Patient file and folder.
 #[derive(Debug, Args)]
@@ -90,18 +70,17 @@ impl Calibrate {
         warn(file.case.warnings(&prepared.body));
         let patient = prepared.patient().map_err(Usage)?;
         let folder = folder.join("calibrate");
-        std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
         let mut terminal = Terminal::default();
         let mut solves = observed(&patient, &mut terminal);
         solves.budget = self.budget;
         if self.check {
-            let found = check_identifiability(&prepared.problem, &mut solves);
-            let verdict =
-                found.as_ref().ok().map(|(mode, seen)| seen.verdict(&prepared.problem, mode));
+            let problem = &prepared.problem;
+            let found = check_identifiability(problem, &mut solves);
+            let verdict = found.as_ref().ok().map(|(mode, seen)| seen.verdict(problem, mode));
             verdict.iter().for_each(|(_, reason)| println!("{reason}\n"));
-            say_setting(&prepared);
+            setting_in_words(&prepared).iter().for_each(|line| println!("{line}"));
             let (mode, seen) = found.map_err(told)?;
-            say_ahead(&prepared, &mode, &seen);
+            ahead_in_words(&prepared, &mode, &seen).iter().for_each(|line| println!("{line}"));
             // The verdict stands even if the warning about cells cannot be given.
             warn(patient.states_checked(&mode.theta, false).iter().flat_map(too_stiff));
             return match verdict.map(|(verdict, _)| verdict) {
@@ -110,154 +89,28 @@ impl Calibrate {
                 _ => Ok(()),
             };
         }
-        let stored = folder.join(SOLVES);
-        if !self.resume && !self.restart {
-            refuse_solved(&stored)?;
-        }
-        let mut solves =
-            solves.kept_in(&stored, &identity(&file, &prepared)?, self.resume).map_err(told)?;
-        remove_results(&folder)?;
+        let again = [self.resume, self.restart];
+        let mut solves = kept(solves, &folder, &file, &prepared, again).map_err(told)?;
         let mut options = file.options();
         options.seed = self.seed.unwrap_or(options.seed);
         let posterior = calibrate(&prepared.problem, &mut solves, &options).map_err(told)?;
-        self.write(&file, &prepared, &patient, &posterior, &folder, clock)
-    }
-
-    fn write(
-        &self,
-        file: &PatientFile,
-        prepared: &Prepared,
-        patient: &Patient,
-        posterior: &Posterior,
-        folder: &Path,
-        clock: Instant,
-    ) -> Result<()> {
-        posterior.write_csv(&folder.join("posterior.csv"))?;
-        arviz(prepared, posterior).write(&folder.join("posterior.json"))?;
-        let mut curves = Vec::new();
-        for (cavity, _) in &prepared.pressures {
-            match Curve::new(prepared, posterior, cavity) {
-                Ok(curve) => curves.push(curve),
-                Err(reason) => eprintln!("warning: no pressure–volume curve: {reason}"),
-            }
-        }
-        if let Some(curve) = curves.first() {
-            write(&folder.join("edpvr.csv"), curve.to_csv())?;
-        }
-        let rest = patient.states_checked(&posterior.mode.theta, false)?;
-        warn(too_stiff(&rest));
-        if let Some(unloaded) = &rest.unloaded {
-            sinew::mesh_at_rest(&prepared.body, unloaded).write_vtu(folder.join("rest.vtu"))?;
-        }
         let provenance = Provenance::of_this_run("sinew", env!("CARGO_MANIFEST_DIR"));
-        let provenance = Provenance {
-            seed: Some(self.seed.unwrap_or(file.options().seed)),
-            config: file.case.text().trim_end().into(),
-            ..provenance.finished(clock.elapsed().as_secs_f64())
-        };
-        let name = &file.case.name;
-        let page = report(name, prepared, posterior, &curves, &rest, provenance).write(folder)?;
-        in_words(prepared, posterior).iter().for_each(|line| println!("{line}"));
+        let provenance = provenance.finished(clock.elapsed().as_secs_f64());
+        let provenance = Provenance { seed: Some(options.seed), ..provenance };
+        let (page, doubts) = written(&file, &prepared, &patient, &posterior, provenance, &folder)?;
+        warn(doubts);
+        in_words(&prepared, &posterior).iter().for_each(|line| println!("{line}"));
         println!("written: {}", page.display());
         Ok(())
     }
 }
 
 /// An error of the input is one of the command line.
-fn told(error: CalibrateError) -> anyhow::Error {
+pub(super) fn told(error: CalibrateError) -> anyhow::Error {
     match error {
         CalibrateError::Input(reason) | CalibrateError::Store(reason) => Usage(reason).into(),
         other => other.into(),
     }
-}
-
-/// Refuses to replace the solves of an earlier run; the first line names its patient.
-fn refuse_solved(stored: &Path) -> Result<()> {
-    let text = std::fs::read_to_string(stored).unwrap_or_default();
-    let count = text.lines().count().saturating_sub(1);
-    refuse_if(count > 0, || {
-        format!(
-            "{} holds {count} solves of an earlier run; --resume goes on from them, --restart starts anew without them",
-            stored.display()
-        )
-    })
-}
-
-/// Removes the results of an earlier run, which would stand beside solves of another.
-pub(super) fn remove_results(folder: &Path) -> Result<()> {
-    for name in RESULTS {
-        let path = folder.join(name);
-        if let Err(error) = std::fs::remove_file(&path)
-            && error.kind() != std::io::ErrorKind::NotFound
-        {
-            return refuse(format!(
-                "{}: the result of an earlier run cannot be removed: {error}; check the permissions",
-                path.display()
-            ));
-        }
-    }
-    Ok(())
-}
-
-/// Hash of the inputs of a solve: the file's settings, whatever their order and comments, and the mesh with its nodes, cells, sets and
-/// fields, from which the body follows.
-fn identity(file: &PatientFile, prepared: &Prepared) -> Result<String> {
-    let mut hash = DefaultHasher::new();
-    file.settings()?.hash(&mut hash);
-    format!("{:?}", prepared.body.mesh).hash(&mut hash);
-    Ok(format!("# solves of a patient, {:016x}", hash.finish()))
-}
-
-/// Phases, cavities, segments and data as they were read.
-fn say_setting(prepared: &Prepared) {
-    let body = &prepared.body;
-    let mmhg = stress_in_kpa("mmHg").unwrap_or(1.0);
-    println!("{} nodes, {} cells", body.nodes, body.cell_count());
-    let at_image = body.cavity_volumes(&vec![0.0; 3 * body.nodes]);
-    for (cavity, volume) in body.cavities.iter().zip(at_image) {
-        println!("volume of {} in the image: {} mL", cavity.name, digits(volume / 1e3, 4));
-    }
-    for (phase, values) in &prepared.phases {
-        let said = values.iter().map(|(name, kpa)| {
-            format!("{name} = {} kPa = {} mmHg", trimmed(*kpa, 4), trimmed(kpa / mmhg, 4))
-        });
-        println!("phase {phase}: {}", said.collect::<Vec<_>>().join(", "));
-    }
-    if let Some(segments) = &prepared.segments {
-        println!("segments: {}", segments.names().join(", "));
-    }
-    for unknown in &prepared.problem.unknowns {
-        let [low, high] = unknown.prior.range().map(|end| trimmed(unknown.shown(end), 4));
-        println!("unknown: {} from {low} to {high}", unknown.head());
-    }
-}
-
-/// Prints which parameters the data determine.
-fn say_ahead(prepared: &Prepared, mode: &Mode, seen: &Identifiability) {
-    println!("\nmost likely parameters:");
-    for (unknown, theta) in prepared.problem.unknowns.iter().zip(&mode.theta) {
-        let [low, high] = unknown.prior.range();
-        let share = (theta / low).ln() / (high / low).ln();
-        let end = match share {
-            s if s < 0.02 => ", at the lower end of its range",
-            s if s > 0.98 => ", at the upper end of its range",
-            _ => "",
-        };
-        println!("  {} = {}{end}", unknown.head(), digits(unknown.shown(*theta), 3));
-    }
-    println!("data beside what the body does there:");
-    for (datum, misfit) in prepared.problem.data.iter().zip(&mode.misfits) {
-        let numbers = [datum.value, datum.error(), mode.observed.values[datum.observable]];
-        let [value, error, model] = numbers.map(|number| digits(number / datum.size, 4));
-        let (name, unit) = (&datum.name, &datum.unit);
-        let mark = if misfit.abs() > DOUBTFUL { "  <- look at value, unit and phase" } else { "" };
-        println!(
-            "  {name}: measured {value} ± {error} {unit}, computed {model}, {misfit:+.1} sd{mark}"
-        );
-    }
-    noise_in_words(&mode.misfits).iter().for_each(|doubt| println!("  warning: {doubt}"));
-    println!("before anything is sampled:");
-    seen.in_words().iter().for_each(|line| println!("  {line}"));
 }
 
 /// Beginning of the files of data that are made.

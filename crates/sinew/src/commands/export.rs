@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 use serde_json::json;
 use sinew::case::{RecipeName, Training};
-use sinew::{Body, Case, Emulator, TrainingOptions, npz};
+use sinew::{Body, Case, Emulator, PAGE_SEED, TrainingOptions, npz};
 use sinew_emulate::Terminal;
 use sinew_mesh::to_npy;
 use std::path::Path;
@@ -29,9 +29,6 @@ pub(crate) struct Export {
     #[arg(long, value_name = "NAME", requires = "of_emulator")]
     emulator: Option<String>,
 }
-
-/// Seed of the predictions that a page is made from.
-pub(super) const SEED: u64 = 0x9a6e;
 
 impl Export {
     pub(crate) fn run(&self) -> Result<()> {
@@ -84,7 +81,7 @@ impl Export {
             }
         };
         tell_doubtful(body, [emulator.predict(&[body.centre()])?.field(0)]);
-        let viewer = sinew::viewer(&emulator, SEED, &mut Terminal::default())?;
+        let viewer = sinew::viewer(&emulator, PAGE_SEED, &mut Terminal::default())?;
         warn(&viewer.notes);
         for (name, value) in &viewer.facts {
             println!("{name}: {value}");

@@ -1,13 +1,14 @@
 //! Emulators of stored runs of any solver: training, predictions and posteriors.
 
 use super::batch::{MOST_LINES, tell_outside};
-use super::calibrate::{SOLVES, remove_results};
+use super::calibrate::told;
 use super::{CaseArguments, ThetaArguments, Usage, refuse, refuse_if, warn, write};
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
 use serde::Deserialize;
 use sinew::calibrate::CalibrateError;
+use sinew::calibration::{SOLVES, remove_results};
 use sinew::output::displacement_in_words;
 use sinew::report::format::digits;
 use sinew::runs::{Measured, Runs, RunsPosterior, write_predictions};
@@ -150,7 +151,7 @@ impl DataFile {
             format!("{} holds the calibration of a patient; give another --out", out.display())
         })?;
         std::fs::create_dir_all(&out).with_context(|| out.display().to_string())?;
-        remove_results(&out)?;
+        remove_results(&out).map_err(told)?;
         let inner = self.emulator.join(EMULATOR);
         let folder = if inner.exists() { &inner } else { &self.emulator };
         let emulator = RunsEmulator::load(folder)?;

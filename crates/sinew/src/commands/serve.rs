@@ -70,7 +70,7 @@ impl Serve {
         let mut service = Service::new(&body, emulator);
         // The page is for this machine alone.
         if self.bind.is_loopback() {
-            service = service.with_page(super::export::SEED);
+            service = service.with_page(sinew::PAGE_SEED);
         }
         let listener = TcpListener::bind((self.bind, self.port));
         let listener = listener.or_else(|error| refuse(self.not_bound(&error)))?;

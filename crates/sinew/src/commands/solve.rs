@@ -1,19 +1,21 @@
 //! Equilibria, and paths of them along a parameter.
 
 use super::{
-    Batch, CaseArguments, ThetaArguments, Usage, Written, make_folder, refuse, single, tell_solved,
-    warn, warn_of_locking,
+    Batch, CaseArguments, ThetaArguments, Usage, Written, make_folder, refuse_if, single,
+    tell_solved, warn, warn_of_locking,
 };
-use anyhow::{Result, anyhow};
+use anyhow::{Result, bail};
 use clap::Args;
 use sinew::case::Formulation;
-use sinew::output::{Results, Row, by_row, displacement_in_words, least_and_largest_ratio};
+use sinew::output::{
+    Results, Row, by_row, displacement_in_words, end_in_words, least_and_largest_ratio,
+};
 use sinew::{
     Body, Case, Parameter, Simulations, Solution, Warning, admissible, outside, parse_way,
-    range_in_words, simulate, theta_in_words,
+    range_in_words, simulate, thetas_along,
 };
 use sinew_emulate::{Counter, Terminal, simulate_by};
-use sinew_fem::{LoadSteps, Options, Solver, TraceEnd, compare_formulations, locking};
+use sinew_fem::{LoadSteps, Options, Solver, Trace, compare_formulations, locking};
 use sinew_report::format::trimmed;
 use std::path::Path;
 
@@ -88,19 +90,12 @@ impl Solve {
         let (index, ends) = parse_way(way, &body.parameters)?;
         let given = self.theta.read(body, Some(index), Some(folder))?.thetas();
         let theta = single("--along", &given)?;
-        let at = |frame: u32| {
-            let part = f64::from(frame) / f64::from(self.frames);
-            let mut theta = theta.clone();
-            // Without rounding at either end.
-            theta[index] = (1.0 - part) * ends[0] + part * ends[1];
-            theta
-        };
-        let thetas: Vec<Vec<f64>> = (0..=self.frames).map(at).collect();
+        let thetas = thetas_along(theta, (index, ends), self.frames);
         for end in [&thetas[0], &thetas[thetas.len() - 1]] {
             admissible(body, end).map_err(|why| Usage(format!("--along {way}: {why}")))?;
         }
         tell(&body.parameters[index], ends);
-        let (frames, end) = traced(body, &thetas)?;
+        let Trace { solutions: frames, end } = traced(body, &thetas)?;
         let rows = frames.iter().map(|frame| Row {
             theta: frame.theta.clone(),
             fields: vec![&frame.displacement],
@@ -116,7 +111,10 @@ impl Solve {
         println!("written: {}", folder.display());
         match end {
             None => Ok(()),
-            Some(end) => Err(ended(body, &end, frames.len(), thetas.len())),
+            Some(end) => {
+                let (found, asked, end) = (frames.len(), thetas.len(), end_in_words(body, &end));
+                bail!("{found} of {asked} frames were found and written; {end}")
+            }
         }
     }
 }
@@ -151,18 +149,12 @@ fn said(body: &Body, field: &[f64]) -> String {
 /// Refuses cells that have no quadratic form here, before solving.
 fn check_cells(body: &Body) -> Result<()> {
     let element = body.element();
-    match element.corners {
-        _ if element.is_quadratic() => refuse(format!(
-            "--check-mesh: the cells are {} already; compare with a finer mesh (--mesh FILE)",
-            element.plural
-        )),
-        8 => refuse(
-            "--check-mesh: quadratic cells are not made of hexahedra here; compare with a finer mesh (--mesh FILE), or with \
-             tetrahedra"
-                .into(),
-        ),
-        _ => Ok(()),
-    }
+    refuse_if(element.is_quadratic() || element.corners == 8, || {
+        let kind = element.plural;
+        format!(
+            "--check-mesh: quadratic cells are not made of {kind}; compare with a finer mesh (--mesh FILE)"
+        )
+    })
 }
 
 /// Solves the first case in quadratic cells, and tells how far it is from there.
@@ -176,7 +168,7 @@ fn check_mesh(case: Case, body: &Body, found: &Simulations) -> Result<()> {
     tell_solved(&better, &other);
     let Some(field) = other.fields.first() else {
         let why = other.failures.first().map_or("", |failure| &failure.reason);
-        anyhow::bail!("--check-mesh: no equilibrium with quadratic elements: {why}");
+        bail!("--check-mesh: no equilibrium with quadratic elements: {why}");
     };
     let difference = compare_formulations(body, own, &better, field)?;
     println!("{} against {}: {difference}", body.element().plural, better.element().plural);
@@ -192,29 +184,14 @@ fn tell(parameter: &Parameter, ends: [f64; 2]) {
 }
 
 /// Frames as far as the path goes.
-fn traced(body: &Body, thetas: &[Vec<f64>]) -> Result<(Vec<Solution>, Option<TraceEnd>)> {
-    let options = Options::default();
-    let mut terminal = Terminal::default();
+fn traced(body: &Body, thetas: &[Vec<f64>]) -> Result<Trace> {
+    let (options, mut terminal) = (Options::default(), Terminal::default());
     let mut counter = Counter::new(&mut terminal, "follow", 0, thetas.len());
     let count = || {
         // The observer cannot break: an interruption ends the process.
         let _ = counter.step(1, "");
     };
     let trace = Solver::new(body)?.trace(thetas, &options, count)?;
-    let frames = trace.solutions;
-    counter.finish(&format!("{} frames", frames.len()));
-    Ok((frames, trace.end))
-}
-
-/// Error that says where a path ended, and why.
-fn ended(body: &Body, end: &TraceEnd, found: usize, asked: usize) -> anyhow::Error {
-    let reached = theta_in_words(body, &end.reached);
-    let beyond = theta_in_words(body, &end.beyond);
-    let why = match &end.error {
-        None => "the nearest equilibrium there is on another branch: a limit point or a bifurcation lies between them".into(),
-        Some(error) => error.to_string(),
-    };
-    anyhow!(
-        "{found} of {asked} frames were found and written; the path ends between {reached} and {beyond}: {why}"
-    )
+    counter.finish(&format!("{} frames", trace.solutions.len()));
+    Ok(trace)
 }
