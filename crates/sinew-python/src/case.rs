@@ -308,8 +308,8 @@ impl NativeCase {
         steps: u32,
         listener: &Bound<'py, PyAny>,
     ) -> Result<Bound<'py, PyDict>> {
-        let (index, ends) = parse_way(way, &self.body.parameters)?;
-        let thetas = thetas_along(&theta.0.concat(), (index, ends), steps);
+        let way = parse_way(way, &self.body.parameters)?;
+        let thetas = thetas_along(&theta.0.concat(), way, steps);
         self.check(&thetas)?;
         let (py, body, asked) = (listener.py(), self.body.clone(), thetas.clone());
         let trace = relay::run(listener, move |observer| {
@@ -321,13 +321,10 @@ impl NativeCase {
             Solver::new(&body)?.trace(&asked, &Options::default(), count)
         })?;
         let found = PyDict::new(py);
-        let parameters = std::slice::from_ref(&self.body.parameters[index]);
-        let mut warnings: Vec<_> =
-            ends.iter().flat_map(|&end| outside(parameters, &[end])).collect();
         let last = trace.solutions.last();
         let stiff = last
             .and_then(|last| locking(&self.body, &last.theta, &last.displacement).ok().flatten());
-        warnings.extend(stiff.as_ref().map(locking_in_words));
+        let warnings: Vec<_> = stiff.iter().map(locking_in_words).collect();
         let fields = trace.solutions.iter().map(|solution| Some(&solution.displacement));
         let missing = std::iter::repeat_n(None, thetas.len() - trace.solutions.len());
         let fields: Vec<_> = fields.chain(missing).collect();

@@ -81,6 +81,10 @@ def test_settings_of_a_calibration_that_make_no_sense_are_told(patient: Case, tm
 def test_a_path_is_that_of_the_program(bar: Case, program: str, tmp_path: Path) -> None:
     found = bar.solve({"lambda": 12.0}, along={"mu": (16.0, "8 kPa")}, frames=4, progress=False)
     assert found.theta.tolist() == [[mu, 12.0] for mu in (16.0, 14.0, 12.0, 10.0, 8.0)] and found.failures == {}
+    with pytest.warns(SinewWarning) as told:
+        bar.solve({"lambda": 17.0}, along="mu=16..20", frames=2, progress=False)
+    said = " ".join(str(warning.message) for warning in told)
+    assert "lambda = 17 kPa is outside its range" in said and "mu = 20 kPa is outside its range" in said
     by_text = bar.solve([9.0, 12.0], along="mu=16..8", frames=4, progress=False)
     assert np.array_equal(by_text.displacement, found.displacement)
     (tmp_path / "bar.toml").write_text(BAR)

@@ -31,6 +31,7 @@ from conftest import BAR
         (lambda e: e.case.train("regression", target="low"), "target = 'low': give a finite number"),
         (lambda e: e.case.train("regression", minutes=float("nan")), "minutes = nan: give a finite number"),
         (lambda e: e.case.train("dd", learning_rate=True), "learning_rate = True: give a finite number"),
+        (lambda e: e.case.train("dd", network={"virtual_nodes": [float("nan")]}), "train: a number is not finite"),
         (lambda e: e.case.train("dd", network=[97, 24]), "network = [97, 24]: give a dictionary"),
         (lambda e: e.case.train("regression", resume="yes"), "resume = 'yes': give True or False"),
         (lambda e: e.case.solve(load_steps=1), "load_steps = 1: give True or False"),

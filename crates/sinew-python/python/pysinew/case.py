@@ -58,6 +58,16 @@ def _plain(value: Any) -> Any:
     raise CaseError(f"a {type(value).__name__} has no place in a case; give numbers, texts, lists or dictionaries")
 
 
+def _json(keys: Mapping[str, Any], what: str) -> str:
+    """Keys as the compiled half reads them."""
+    try:
+        return json.dumps(keys, default=_plain, allow_nan=False)
+    except ValueError as error:
+        if isinstance(error, CaseError):
+            raise
+        raise CaseError(f"{what} is not finite") from error
+
+
 def _listed(value: Any, what: str) -> list[Any]:
     if isinstance(value, (str, Mapping)) or not hasattr(value, "__iter__"):
         raise CaseError(f"{what} = {value!r}: give a list of dictionaries")
@@ -121,13 +131,7 @@ class Case:
             raise CaseError("node_sets and facet_sets belong to a mesh in memory; name sets of another by place with `select`")
         keys["mesh"] = source
         present = {key: value for key, value in keys.items() if value is not None}
-        try:
-            text = json.dumps(present, default=_plain, allow_nan=False)
-        except ValueError as error:
-            if isinstance(error, CaseError):
-                raise
-            raise CaseError(f"{name}: a number of the case is not finite") from error
-        self._open(NativeCase.from_json(text, name, given))
+        self._open(NativeCase.from_json(_json(present, f"{name}: a number of the case"), name, given))
 
     def _open(self, native: NativeCase) -> None:
         self._native = native
@@ -292,7 +296,9 @@ class Case:
         with shown(progress) as bar:
             found = self._native.along(rows, way, frames, bar)
         thetas, end = found["theta"], found["end"]
-        warn([*found["warnings"], *([] if end is None else [f"{found['found']} of {len(thetas)} frames were found: {end}"])])
+        # Values of the other parameters, and both ends.
+        outside = self._native.outside(thetas[[0, -1]])
+        warn([*outside, *found["warnings"], *([] if end is None else [f"{found['found']} of {len(thetas)} frames were found: {end}"])])
         failures = {frame: end for frame in range(found["found"], len(thetas))}
         empty: list[list[str]] = [[] for _ in thetas]
         seconds = np.full(len(thetas), np.nan)
@@ -392,7 +398,7 @@ class Case:
         for key, choices in {"recipe": Recipe, "design": Design, "optimiser": Optimiser}.items():
             if key in given:
                 _numbers.choice(given[key], get_args(choices), key)
-        options = json.dumps(given, default=_plain)
+        options = _json(given, "train: a number")
         resume, restart = _numbers.flag(resume, "resume"), _numbers.flag(restart, "restart")
         locking = self._native.locking()
         warn([] if locking is None else [locking])
