@@ -6,13 +6,12 @@ mod pressed_lid;
 
 use crate::Body;
 use crate::frames::Held;
-use closing::components;
 pub(crate) use closing::{FLAT, Surroundings, sorted};
 use part::{Add, At, moved, projected};
 pub use part::{CavityPart, Lid, SymmetryPlane};
 pub use pressed_lid::PressedLid;
 use sinew_mesh::extents;
-use sinew_num::Mat3;
+use sinew_num::{Mat3, connected_cells};
 use std::collections::HashMap;
 
 /// The space behind a surface that a pressure acts on, such as the chamber of a ventricle.
@@ -40,7 +39,7 @@ impl Cavity {
         triangles: &[[usize; 3]],
         around: &Surroundings<'_>,
     ) -> Option<Self> {
-        let parts = components(around.points.len(), triangles).into_iter();
+        let parts = connected_cells(around.points.len(), triangles).into_iter();
         let parts =
             parts.map(|triangles| CavityPart::new(triangles, around)).collect::<Option<_>>();
         let mut cavity = Self { name: name.into(), parts: parts?, sign: -1.0 };

@@ -122,5 +122,5 @@ pub use quality::{
     QualitySummary, SLIVER_ANGLE, Spread, min_dihedral_angle, quality, volume_ratio,
 };
 pub use selection::{Selected, Selection, SelectionError};
-pub use topology::{boundary_facets, edges, remove_unused_nodes};
+pub use topology::{boundary_facets, edges, folded_facets, remove_unused_nodes};
 pub use tree::self_intersections;

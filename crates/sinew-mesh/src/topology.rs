@@ -15,6 +15,22 @@ pub fn boundary_facets<const N: usize>(mesh: &Mesh<N>) -> Vec<Facet> {
     mesh.cell_list().boundary()
 }
 
+/// Facets whose two cells lie on the same side of them: cells that are listed twice or folded over a neighbour, which runs around
+/// their common facet in the opposite sense.
+///
+/// ```
+/// use sinew_mesh::{TetMesh, folded_facets};
+///
+/// let points = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.2, 0.2, 2.0]];
+/// let folded = TetMesh::new(points, vec![[0, 1, 2, 3], [0, 1, 2, 4]])?;
+/// let [[first, second]] = folded_facets(&folded)[..] else { panic!("one fold") };
+/// assert_eq!([first.cell, second.cell], [0, 1]);
+/// # Ok::<(), sinew_mesh::Defect>(())
+/// ```
+pub fn folded_facets<const N: usize>(mesh: &Mesh<N>) -> Vec<[Facet; 2]> {
+    mesh.cell_list().folded()
+}
+
 /// The cells of a mesh as one type for all kinds, so that what reads them is compiled once.
 #[derive(Clone, Copy)]
 pub(crate) struct Cells<'m> {
@@ -64,6 +80,25 @@ impl<'m> Cells<'m> {
     /// Some facets by their corners; of the two sides of an inner one the first.
     pub(crate) fn by_key(self, some: impl Fn(&Facet) -> bool) -> HashMap<FacetKey, Facet> {
         self.facets().filter(some).rev().map(|facet| (self.key(facet), facet)).collect()
+    }
+
+    /// Pairs of facets that their cells run around in the same sense.
+    fn folded(self) -> Vec<[Facet; 2]> {
+        let corners = self.element.facet_corners;
+        let side = |facet: Facet| {
+            let mut side = [usize::MAX; 4];
+            side.iter_mut().zip(self.of_facet(facet).take(corners)).for_each(|(at, n)| *at = n);
+            // The same sense from the smallest node on; the ends of an edge are in order as they are.
+            if corners > 2 {
+                let smallest = (0..corners).min_by_key(|&corner| side[corner]).unwrap_or(0);
+                side[..corners].rotate_left(smallest);
+            }
+            (side, facet)
+        };
+        let mut sides: Vec<_> = self.facets().map(side).collect();
+        sides.sort_unstable();
+        let pairs = sides.windows(2).filter(|pair| pair[0].0 == pair[1].0);
+        pairs.map(|pair| [pair[0].1, pair[1].1]).collect()
     }
 
     /// The facets that belong to one cell only, ascending by cell.

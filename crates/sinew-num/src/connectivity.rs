@@ -1,5 +1,7 @@
 //! Nodes that cells connect.
 
+use std::collections::BTreeMap;
+
 /// Cells of each node, ascending. Nodes of cells must be below `nodes`.
 pub fn cells_of_nodes<C: AsRef<[usize]>>(
     nodes: usize,
@@ -37,6 +39,17 @@ pub fn connected_components<C: AsRef<[usize]>>(
     (0..nodes).for_each(|node| components[root(&mut parent, node)].push(node));
     components.retain(|component| !component.is_empty());
     components
+}
+
+/// Cells of each connected component, in the order of their least nodes. Nodes of cells must be below `nodes`.
+pub fn connected_cells<const K: usize>(nodes: usize, cells: &[[usize; K]]) -> Vec<Vec<[usize; K]>> {
+    let mut component = vec![0; nodes];
+    for (index, found) in connected_components(nodes, cells).iter().enumerate() {
+        found.iter().for_each(|&node| component[node] = index);
+    }
+    let mut groups = BTreeMap::<usize, Vec<_>>::new();
+    cells.iter().for_each(|cell| groups.entry(component[cell[0]]).or_default().push(*cell));
+    groups.into_values().collect()
 }
 
 /// Root of the union-find tree, the least node of its component; the path to it is halved on the way.

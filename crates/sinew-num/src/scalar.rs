@@ -5,7 +5,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A number, or a bundle of numbers, that a strain-energy law is evaluated over.
 ///
-/// Implementations: `f64` and [`crate::Single`] (value), [`crate::Slope`] (value and gradient), [`crate::Jet`] (value,
+/// Implementations: `f64` (value), [`crate::Slope`] (value and gradient), [`crate::Jet`] (value,
 /// gradient and Hessian), and a tensor lane type in the tests of `sinew-gnn` (the values of many elements).
 /// Not `Copy`, because tensors are not.
 pub trait Scalar:

@@ -3,8 +3,8 @@
 use super::part::{CavityPart, Lid, SymmetryPlane, moved};
 use crate::frames::Held;
 use sinew_mesh::{TriangleMesh, boundary_facets};
-use sinew_num::{Mat3, connected_components, cross, dot3, norm, sub3};
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use sinew_num::{Mat3, connected_cells, cross, dot3, norm, sub3};
+use std::collections::{BTreeSet, HashMap};
 
 /// Largest sine of the angle between parallel directions, and largest gap of a closed surface \[relative to its area\]: files have six
 /// digits.
@@ -28,20 +28,6 @@ pub(crate) fn sorted([a, b]: [usize; 2]) -> [usize; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// Cells by connected component, in the order of their least nodes.
-pub(super) fn components<const K: usize>(
-    nodes: usize,
-    cells: &[[usize; K]],
-) -> Vec<Vec<[usize; K]>> {
-    let mut component = vec![0; nodes];
-    for (index, found) in connected_components(nodes, cells).iter().enumerate() {
-        found.iter().for_each(|&node| component[node] = index);
-    }
-    let mut groups = BTreeMap::<usize, Vec<_>>::new();
-    cells.iter().for_each(|cell| groups.entry(component[cell[0]]).or_default().push(*cell));
-    groups.into_values().collect()
-}
-
 /// A plane that nodes slide in.
 #[derive(Clone, Copy)]
 struct Plane {
@@ -61,7 +47,7 @@ impl CavityPart {
             Some([b, a])
         };
         let rim: Vec<_> = boundary_facets(&surface).into_iter().filter_map(edge).collect();
-        let rims = components(around.points.len(), &rim);
+        let rims = connected_cells(around.points.len(), &rim);
         let mirrored = around.mirrored(&rims).filter(|(planes, _)| !planes.is_empty());
         let lids = rims.into_iter().map(|edges| Lid { edges, planes: Vec::new() }).collect();
         let (field, planes) = around.field(&[])?;
@@ -98,7 +84,7 @@ impl Surroundings<'_> {
             let pairs = || rim.iter().zip(&found);
             let free: Vec<_> =
                 pairs().filter(|(_, p)| p.is_none()).map(|(edge, _)| *edge).collect();
-            for edges in components(self.points.len(), &free) {
+            for edges in connected_cells(self.points.len(), &free) {
                 let ends =
                     |edge: &[usize; 2]| edge.iter().any(|n| edges.as_flattened().contains(n));
                 let own: BTreeSet<usize> =

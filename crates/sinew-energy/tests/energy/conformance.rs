@@ -95,7 +95,7 @@ mod laws {
             "rotation turns the stress with it",
             "the stress agrees with Taylor numbers",
             "the stress agrees with differences of the energy",
-            "single precision keeps its digits at small strain",
+            "the energy keeps its digits at small strain",
             "the energy is infinite at J <= 0",
         ] {
             assert!(failures.iter().any(|f| f.property == property), "{property} not found");

@@ -12,7 +12,7 @@ mod trees;
 use super::ventricle::Disk;
 use super::wall::{InSet, Sheet, Wall, between, side};
 use crate::tree::SurfaceTree;
-use crate::{HexMesh, TetMesh, TriangleMesh, min_dihedral_angle};
+use crate::{HexMesh, TetMesh, TriangleMesh, folded_facets, min_dihedral_angle};
 use axis::Axis;
 pub use error::ChamberError;
 use error::shown;
@@ -20,7 +20,6 @@ use fit::Fit;
 use outside::Outside;
 pub use report::ChamberReport;
 pub use size::{Size, Trim, WallOptions};
-use std::collections::HashMap;
 use trees::{Point, Trees};
 
 /// Surfaces of a ventricle, as segmentation tools write them: open or closed, of any resolution, with triangles turned
@@ -136,31 +135,15 @@ fn worst(mesh: &TetMesh) -> (f64, Point) {
     let middle = |nodes: &[usize]| {
         nodes.iter().map(|&node| Point::from(mesh.points[node])).sum::<Point>() / nodes.len() as f64
     };
-    let folds = folds(mesh);
-    if let Some(first) = folds.first() {
-        return (-(folds.len() as f64), middle(first));
+    // One of the two cells was inverted before it was made positive.
+    let folds = folded_facets(mesh);
+    if let Some(&[first, _]) = folds.first() {
+        return (-(folds.len() as f64), middle(&mesh.facet_nodes(first)));
     }
     let angles =
         mesh.cells.iter().zip(0..).map(|(nodes, cell)| (min_dihedral_angle(mesh, cell), nodes));
     let least = angles.min_by(|a, b| a.0.total_cmp(&b.0));
     least.map_or((f64::INFINITY, Point::zeros()), |(angle, nodes)| (angle, middle(nodes)))
-}
-
-/// Facets whose two cells lie on the same side of them: one of the two was inverted before it was made positive.
-fn folds(mesh: &TetMesh) -> Vec<[usize; 3]> {
-    let mut seen = HashMap::with_capacity(2 * mesh.cells.len());
-    let mut folds = Vec::new();
-    let cells = mesh.cell_list();
-    for facet in cells.facets() {
-        let nodes = mesh.facet_nodes(facet);
-        let [a, b, c] = nodes;
-        // Parity of the permutation that sorts the nodes; it differs between the two sides.
-        let even = ((a < b) as u8 + (b < c) as u8 + (a < c) as u8) % 2;
-        if seen.insert(cells.key(facet), even) == Some(even) {
-            folds.push(nodes);
-        }
-    }
-    folds
 }
 
 /// A wall fitted to the surfaces of a [`Chamber`], ready to be meshed.

@@ -5,7 +5,7 @@ use super::error::{ChamberError, shown};
 use super::trees::{Point, Trees};
 use crate::geometry::{bounds, merged};
 use crate::{TriangleMesh, extents};
-use sinew_num::connected_components;
+use sinew_num::connected_cells;
 use std::cmp::Reverse;
 
 /// Units that surfaces are written in, by their ratio.
@@ -123,15 +123,9 @@ fn parts<const N: usize>(
     of: &TriangleMesh,
     links: &[[usize; N]],
 ) -> Option<(usize, [usize; 2], String)> {
-    let found = connected_components(of.points.len(), links);
-    let mut part = vec![0; of.points.len()];
-    for (at, nodes) in found.iter().enumerate() {
-        nodes.iter().for_each(|&node| part[node] = at);
-    }
-    let mut counts: Vec<(usize, usize)> = found.iter().map(|nodes| (0, nodes[0])).collect();
-    links.iter().for_each(|link| counts[part[link[0]]].0 += 1);
-    counts.retain(|(count, _)| *count > 0);
-    counts.sort_by_key(|(count, node)| (Reverse(*count), *node));
-    let [(first, _), (second, node), ..] = counts[..] else { return None };
-    Some((counts.len(), [first, second], shown(of.points[node])))
+    let mut parts = connected_cells(of.points.len(), links);
+    parts.sort_by_key(|part| Reverse(part.len()));
+    let [first, second, ..] = &parts[..] else { return None };
+    let node = *second.as_flattened().iter().min()?;
+    Some((parts.len(), [first.len(), second.len()], shown(of.points[node])))
 }
