@@ -3,7 +3,7 @@
 use crate::error::{Result, length_of, require};
 use crate::{Direction, Segments};
 use nalgebra::Vector3;
-use sinew_fem::fibres::{Depth, FibreRule, Frame, Surfaces, VentricleCoordinates};
+use sinew_fem::fibres::{FibreRule, Frame, Surfaces, VentricleCoordinates};
 use sinew_mesh::TetMesh;
 
 /// Least angle \[degrees\] between the axis and the direction of the septum.
@@ -65,7 +65,7 @@ impl WallCoordinates {
         let thickness = |node: usize| coordinates.thickness[node];
         let depth = |cell: &[usize; 4]| cell.map(thickness).iter().sum::<f64>() / 4.0;
         let depths = mesh.cells.iter().map(depth).collect();
-        let frames = coordinates.cell_frames(&FibreRule::new(0.0, 0.0)?, Depth::Thickness);
+        let frames = coordinates.cell_frames(&FibreRule::new(0.0, 0.0)?);
         Ok(Self { heights, depths, angles: Vec::new(), frames, from_axis, axis })
     }
 

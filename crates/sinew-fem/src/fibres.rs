@@ -14,13 +14,13 @@
 //! average affects.
 //!
 //! ```
-//! use sinew_fem::fibres::{Depth, EllipsoidWall, FibreRule, Surfaces, VentricleCoordinates};
+//! use sinew_fem::fibres::{EllipsoidWall, FibreRule, Surfaces, VentricleCoordinates};
 //! use sinew_mesh::TruncatedEllipsoid;
 //!
 //! let mesh = TruncatedEllipsoid::LAND.wall([2, 16, 8]).tetrahedra();
 //! let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
 //! let wall = VentricleCoordinates::new(&mesh, &surfaces)?;
-//! let frames = wall.cell_frames(&FibreRule::SIXTY, Depth::Thickness);
+//! let frames = wall.cell_frames(&FibreRule::SIXTY);
 //!
 //! // The directions that a law reads: `law.along(directions)` is the material of a Scene.
 //! let directions: Vec<[[f64; 3]; 1]> = frames.iter().map(|&[fibre, _, _]| [fibre]).collect();
@@ -39,7 +39,7 @@ mod ventricle;
 
 pub use error::FibreError;
 pub use rule::{EllipsoidWall, FibreRule, Frame};
-pub use ventricle::{Depth, Surfaces, VentricleCoordinates};
+pub use ventricle::{Surfaces, VentricleCoordinates};
 
 use error::Result;
 use sinew_mesh::TetMesh;
@@ -60,7 +60,7 @@ use sinew_num::dot3;
 /// # Errors
 /// As for [`VentricleCoordinates::new`].
 pub fn by_rule(mesh: &TetMesh, surfaces: &Surfaces<'_>, rule: &FibreRule) -> Result<Vec<Frame>> {
-    Ok(VentricleCoordinates::new(mesh, surfaces)?.cell_frames(rule, Depth::Thickness))
+    Ok(VentricleCoordinates::new(mesh, surfaces)?.cell_frames(rule))
 }
 
 /// Number of cells whose nodal directions disagree in sign, so that their plain average is wrong.

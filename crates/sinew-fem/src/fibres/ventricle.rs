@@ -18,7 +18,9 @@ use sinew_num::connected_components;
 ///   The paper projects the other way round; its sheets are up to 18° off, ours 3°.
 /// - The apex, where the longitudinal potential is 0, is a pair of nodes, one on each surface: the farthest from
 ///   the base in the sense of `−Δh = 1`, h = 0 on the base, which does not depend on coordinates.
-/// - There are two measures of [`Depth`].
+/// - The depth is the share of the thickness: the solution of `∇·(|∇φ| ∇d) = 0`, φ the harmonic potential between the
+///   surfaces. The paper takes φ itself, which rises more steeply at the endocardium the more the wall is curved:
+///   half-way through a sphere with radii 1 : 1.5 it is 0.6, so that fibres of the ellipsoid are 4° to 8° off.
 ///
 /// # The apex
 /// Around the line between the two apexes the circumferential direction turns once, so no field is continuous
@@ -26,9 +28,7 @@ use sinew_num::connected_components;
 /// taken along the longest edge of a cell.
 #[derive(Clone, Debug)]
 pub struct VentricleCoordinates {
-    /// The harmonic function that is 0 on the endocardium and 1 on the epicardium, at each node.
-    pub potential: Vec<f64>,
-    /// Fraction of the wall's thickness between endocardium and node.
+    /// Fraction of the wall's thickness between endocardium and node, 0 on the endocardium and 1 on the epicardium.
     pub thickness: Vec<f64>,
     /// The harmonic function that is 0 at the apexes and 1 on the base, at each node.
     pub longitudinal: Vec<f64>,
@@ -37,17 +37,6 @@ pub struct VentricleCoordinates {
     cells: Vec<[usize; 4]>,
     cell_layers: Vec<Layer>,
     node_layers: Vec<Layer>,
-}
-
-/// Coordinate that an angle is linear in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Depth {
-    /// The way through the wall: the solution of `∇·(|∇φ| ∇d) = 0`, φ the potential. Its gradient is constant
-    /// along the flux lines of φ wherever the layers are concentric.
-    Thickness,
-    /// The harmonic potential φ itself, as in the paper. It rises more steeply at the endocardium the more the
-    /// wall is curved: half-way through a sphere with radii 1 : 1.5 it is 0.6.
-    Potential,
 }
 
 impl VentricleCoordinates {
@@ -64,8 +53,7 @@ impl VentricleCoordinates {
         let laplacian = Laplacian::new(mesh)?;
 
         let walls = bounds.prescribe(&[(&bounds.endocardium, 0.0), (&bounds.epicardium, 1.0)]);
-        let potential = laplacian.solve(&walls, 0.0, None)?;
-        let gradients = laplacian.gradients(&potential);
+        let gradients = laplacian.gradients(&laplacian.solve(&walls, 0.0, None)?);
         // Bounded from below for cells with all their nodes on one surface.
         let least = NO_DIRECTION * mean_length(&gradients);
         let conductivity: Vec<_> = gradients.iter().map(|slope| slope.norm().max(least)).collect();
@@ -87,28 +75,21 @@ impl VentricleCoordinates {
         let cell_layers = cell_layers.collect::<Result<Vec<_>>>()?;
         let node_layers = layers_of_nodes(mesh, &outward, &to_base, &cell_layers);
         let cells = mesh.cells.clone();
-        Ok(Self { potential, thickness, longitudinal, apexes, cells, cell_layers, node_layers })
+        Ok(Self { thickness, longitudinal, apexes, cells, cell_layers, node_layers })
     }
 
     /// The frame at the centre of each cell.
-    pub fn cell_frames(&self, rule: &FibreRule, depth: Depth) -> Vec<Frame> {
-        let depths = self.depth(depth);
-        let centre = |nodes: &[usize; 4]| nodes.iter().map(|&n| depths[n]).sum::<f64>() / 4.0;
+    pub fn cell_frames(&self, rule: &FibreRule) -> Vec<Frame> {
+        let depth = |&node: &usize| self.thickness[node];
+        let centre = |nodes: &[usize; 4]| nodes.iter().map(depth).sum::<f64>() / 4.0;
         let cells = self.cells.iter().zip(&self.cell_layers);
         cells.map(|(nodes, layer)| rule.frame(centre(nodes), layer)).collect()
     }
 
     /// The frame at each node.
-    pub fn node_frames(&self, rule: &FibreRule, depth: Depth) -> Vec<Frame> {
-        let nodes = self.depth(depth).iter().zip(&self.node_layers);
+    pub fn node_frames(&self, rule: &FibreRule) -> Vec<Frame> {
+        let nodes = self.thickness.iter().zip(&self.node_layers);
         nodes.map(|(&depth, layer)| rule.frame(depth, layer)).collect()
-    }
-
-    fn depth(&self, depth: Depth) -> &[f64] {
-        match depth {
-            Depth::Thickness => &self.thickness,
-            Depth::Potential => &self.potential,
-        }
     }
 }
 

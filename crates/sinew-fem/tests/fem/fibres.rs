@@ -6,7 +6,7 @@ mod potentials;
 use crate::ventricles::ventricles;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use sinew_fem::fibres::{
-    Depth, EllipsoidWall, FibreError, FibreRule, Frame, Surfaces, VentricleCoordinates,
+    EllipsoidWall, FibreError, FibreRule, Frame, Surfaces, VentricleCoordinates,
 };
 use sinew_mesh::{TetMesh, TruncatedEllipsoid, box_tetrahedra, repair_orientation};
 
@@ -46,17 +46,17 @@ fn errors(frames: &[Frame], points: &[[f64; 3]], direction: usize) -> Vec<f64> {
 }
 
 /// Median and 95 % quantile of the fibres' errors in cells, then at nodes.
-fn fibre_errors(cells: [usize; 3], depth: Depth) -> [[f64; 2]; 2] {
+fn fibre_errors(cells: [usize; 3]) -> [[f64; 2]; 2] {
     let mesh = land(cells);
     let wall = VentricleCoordinates::new(&mesh, &SURFACES).unwrap();
     let centres: Vec<_> = (0..mesh.cells.len()).map(|cell| centre(&mesh, cell)).collect();
-    let of_cells = wall.cell_frames(&FibreRule::SIXTY, depth);
-    let of_nodes = wall.node_frames(&FibreRule::SIXTY, depth);
+    let of_cells = wall.cell_frames(&FibreRule::SIXTY);
+    let of_nodes = wall.node_frames(&FibreRule::SIXTY);
     let sheets = quantile(&mut errors(&of_cells, &centres, 1), 0.5);
     let both = [errors(&of_cells, &centres, 0), errors(&of_nodes, &mesh.points, 0)];
     let both = both.map(|mut errors| [0.5, 0.95].map(|part| quantile(&mut errors, part)));
     println!(
-        "{cells:?} {depth:?}: fibres [50 %, 95 %] in cells {:.2?}, at nodes {:.2?}; sheets {sheets:.2} degrees",
+        "{cells:?}: fibres [50 %, 95 %] in cells {:.2?}, at nodes {:.2?}; sheets {sheets:.2} degrees",
         both[0], both[1]
     );
     both
@@ -64,8 +64,8 @@ fn fibre_errors(cells: [usize; 3], depth: Depth) -> [[f64; 2]; 2] {
 
 #[test]
 fn fibres_converge_to_the_closed_form() {
-    let coarse = fibre_errors([3, 24, 12], Depth::Thickness);
-    let fine = fibre_errors([6, 48, 24], Depth::Thickness);
+    let coarse = fibre_errors([3, 24, 12]);
+    let fine = fibre_errors([6, 48, 24]);
     for (coarse, fine) in coarse.iter().zip(&fine) {
         // Half the size of cells: first order at least.
         assert!(fine[0] < 0.6 * coarse[0], "{fine:?} against {coarse:?}");
@@ -74,25 +74,16 @@ fn fibres_converge_to_the_closed_form() {
 }
 
 #[test]
-fn the_potential_is_no_measure_of_thickness() {
-    // What refinement leaves is the rule of the paper itself, not an error of discretisation.
-    let [[cells, _], [nodes, _]] = fibre_errors([6, 48, 24], Depth::Potential);
-    assert!((4.0..8.0).contains(&cells) && (4.0..8.0).contains(&nodes));
-}
-
-#[test]
 fn frames_are_orthonormal_everywhere() {
     let mesh = land([2, 16, 8]);
     let wall = VentricleCoordinates::new(&mesh, &SURFACES).unwrap();
     let rule = FibreRule::new(-90.0, 90.0).unwrap().with_sheets(-65.0, 25.0).unwrap();
-    for depth in [Depth::Thickness, Depth::Potential] {
-        let (cells, nodes) = (wall.cell_frames(&rule, depth), wall.node_frames(&rule, depth));
-        assert_eq!((cells.len(), nodes.len()), (mesh.cells.len(), mesh.points.len()));
-        for frame in cells.iter().chain(&nodes) {
-            let frame = Matrix3::from_columns(&frame.map(Vector3::from));
-            assert!((frame.transpose() * frame - Matrix3::identity()).amax() < 1e-12);
-            assert!((frame.determinant() - 1.0).abs() < 1e-12, "right-handed");
-        }
+    let (cells, nodes) = (wall.cell_frames(&rule), wall.node_frames(&rule));
+    assert_eq!((cells.len(), nodes.len()), (mesh.cells.len(), mesh.points.len()));
+    for frame in cells.iter().chain(&nodes) {
+        let frame = Matrix3::from_columns(&frame.map(Vector3::from));
+        assert!((frame.transpose() * frame - Matrix3::identity()).amax() < 1e-12);
+        assert!((frame.determinant() - 1.0).abs() < 1e-12, "right-handed");
     }
 }
 
@@ -103,7 +94,7 @@ fn potentials_stay_between_their_ends() {
     let ends = |values: &[f64]| {
         values.iter().fold((1.0_f64, 0.0_f64), |(least, most), &v| (least.min(v), most.max(v)))
     };
-    for values in [&wall.potential, &wall.thickness, &wall.longitudinal] {
+    for values in [&wall.thickness, &wall.longitudinal] {
         assert_eq!(ends(values), (0.0, 1.0));
     }
     for apex in ["apex_endo", "apex_epi"] {
@@ -116,8 +107,8 @@ fn frames_turn_with_the_mesh() {
     let mut mesh = land([2, 16, 8]);
     let frames = |mesh: &TetMesh| {
         let wall = VentricleCoordinates::new(mesh, &SURFACES).unwrap();
-        let mut frames = wall.cell_frames(&FibreRule::SIXTY, Depth::Thickness);
-        frames.extend(wall.node_frames(&FibreRule::SIXTY, Depth::Thickness));
+        let mut frames = wall.cell_frames(&FibreRule::SIXTY);
+        frames.extend(wall.node_frames(&FibreRule::SIXTY));
         frames
     };
     let before = frames(&mesh);
@@ -140,7 +131,7 @@ fn a_real_ventricle_was_published_with_such_fibres() {
     let published = mesh.cell_fields["fibre"].to_vectors::<3>().unwrap();
     let surfaces = Surfaces { endocardium: "region:1", epicardium: "epicardium", base: "base" };
     let wall = VentricleCoordinates::new(mesh, &surfaces).unwrap();
-    let axes = wall.cell_frames(&FibreRule::new(0.0, 0.0).unwrap(), Depth::Thickness);
+    let axes = wall.cell_frames(&FibreRule::new(0.0, 0.0).unwrap());
     let mut tilts = Vec::new();
     let mut angles = vec![Vec::new(); 10];
     for (cell, (nodes, frame)) in mesh.cells.iter().zip(&axes).enumerate() {

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use sinew_energy::Scene;
 use sinew_energy::laws::NamedLaw;
 use sinew_fem::fibres::{
-    Depth, EllipsoidWall, FibreError, FibreRule as Angles, Surfaces, VentricleCoordinates,
+    EllipsoidWall, FibreError, FibreRule as Angles, Surfaces, VentricleCoordinates,
 };
 use sinew_mesh::AnyMesh;
 use std::borrow::Cow;
@@ -47,14 +47,14 @@ impl FibreRule {
     /// Why no fibres can be laid, in words.
     pub fn at_nodes(&self, mesh: &AnyMesh) -> Result<Vec<[[f64; 3]; 3]>, String> {
         let (wall, rule) = self.wall(mesh)?;
-        Ok(wall.node_frames(&rule, Depth::Thickness))
+        Ok(wall.node_frames(&rule))
     }
 
     /// Frames of cells; of nodes of hexahedra, whose quadrature points interpolate them.
     pub(super) fn frames(&self, mesh: &AnyMesh) -> Result<Vec<[[f64; 3]; 3]>, String> {
         let (wall, rule) = self.wall(mesh)?;
         let AnyMesh::Hexahedra(hexahedra) = mesh else {
-            return Ok(wall.cell_frames(&rule, Depth::Thickness));
+            return Ok(wall.cell_frames(&rule));
         };
         let turns = (self.angles.0[1] - self.angles.0[0]).abs();
         let turn = |nodes: &[usize; 8]| {
@@ -67,7 +67,7 @@ impl FibreRule {
                 "the fibres turn by {most:.0}° in a hexahedron, more than the {CLEAR}° that can be interpolated; take more layers of cells across the \
                  wall, or tetrahedra"
             )),
-            _ => Ok(wall.node_frames(&rule, Depth::Thickness)),
+            _ => Ok(wall.node_frames(&rule)),
         }
     }
 

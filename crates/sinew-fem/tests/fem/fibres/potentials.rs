@@ -1,21 +1,21 @@
 //! Potentials in boxes, where they are linear or parabolas.
 
 use nalgebra::Vector3;
-use sinew_fem::fibres::{Depth, FibreRule, Surfaces, VentricleCoordinates};
+use sinew_fem::fibres::{FibreRule, Surfaces, VentricleCoordinates};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
 /// A box as a wall from x = 0 to its other side, with its base on top.
 const BOX: Surfaces<'static> =
     Surfaces { endocardium: "x_min", epicardium: "x_max", base: "z_max" };
 
-/// Largest error of potential and thickness, which rise along x from 0 to 1.
+/// Largest error of the depth, which rises along x from 0 to 1.
 fn off(wall: &VentricleCoordinates, mesh: &TetMesh) -> f64 {
     let width = mesh.points.iter().map(|x| x[0]).fold(0.0, f64::max);
     let of = |values: &[f64]| {
         let errors = values.iter().zip(&mesh.points).map(|(value, x)| (value - x[0] / width).abs());
         errors.fold(0.0, f64::max)
     };
-    of(&wall.potential).max(of(&wall.thickness))
+    of(&wall.thickness)
 }
 
 #[test]
@@ -25,8 +25,7 @@ fn linear_potentials_are_exact() {
     assert!(off(&wall, &mesh) < 1e-13, "{:e}", off(&wall, &mesh));
     // Sheets stand along the gradients of cells, and their means around nodes.
     let rule = FibreRule::new(0.0, 0.0).unwrap();
-    let frames =
-        [wall.cell_frames(&rule, Depth::Thickness), wall.node_frames(&rule, Depth::Thickness)];
+    let frames = [wall.cell_frames(&rule), wall.node_frames(&rule)];
     for [_, sheet, _] in frames.iter().flatten() {
         assert!((Vector3::from(*sheet) - Vector3::x()).norm() < 1e-12, "{sheet:?}");
     }

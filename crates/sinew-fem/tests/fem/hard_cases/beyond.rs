@@ -6,7 +6,7 @@ use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
 use sinew_energy::{
     Body, IntoMaterial, Law, Load, Magnitude, Parameter, Prescribed, Scene, Support,
 };
-use sinew_fem::fibres::{Depth, FibreRule, Surfaces, VentricleCoordinates};
+use sinew_fem::fibres::{FibreRule, Surfaces, VentricleCoordinates};
 use sinew_fem::{
     Advice, CurvePoint, Line, LoadSteps, NotConverged, Options, Solution, SolveError, Solver, Stop,
     sweep,
@@ -38,7 +38,7 @@ fn scene_of(material: impl IntoMaterial, names: &[(&str, [f64; 2])]) -> Scene {
 fn fibrous() -> Body {
     let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
     let wall = VentricleCoordinates::new(&ventricle(), &surfaces).unwrap();
-    let frames = wall.cell_frames(&FibreRule::SIXTY, Depth::Thickness);
+    let frames = wall.cell_frames(&FibreRule::SIXTY);
     let names = [("a", [0.1, 0.26]), ("b", [1.0, 4.2]), ("a_f", [1.5, 5.18]), ("b_f", [1.0, 4.46])];
     let fibres = frames.iter().map(|[fibre, ..]| [*fibre]).collect();
     let law = HolzapfelOgden.nearly_incompressible(25.0);

@@ -4,7 +4,7 @@ use crate::hard_cases::bodies::*;
 use crate::hard_cases::checks::*;
 use sinew_energy::laws::{ByYoungPoisson, Guccione, HolzapfelOgden, NeoHookean};
 use sinew_energy::{Exact, Guard, Law, Load, Magnitude, Scene, ShapeEnergy, Support, ThetaError};
-use sinew_fem::fibres::{Depth, FibreRule, Surfaces, VentricleCoordinates};
+use sinew_fem::fibres::{FibreRule, Surfaces, VentricleCoordinates};
 use sinew_fem::{Advice, SolveError};
 use sinew_mesh::{VentricleShape, box_tetrahedra};
 use sinew_num::{Mat3, Scalar};
@@ -333,7 +333,7 @@ fn an_incompressible_ventricle_that_inflates_far_takes_few_iterations() {
     let tetrahedra = shape.tetrahedra([3, 16, 8]).unwrap();
     let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
     let wall = VentricleCoordinates::new(&tetrahedra, &surfaces).unwrap();
-    let frames = wall.node_frames(&FibreRule::SIXTY, Depth::Thickness);
+    let frames = wall.node_frames(&FibreRule::SIXTY);
     let fibres = frames.iter().map(|[fibre, ..]| [*fibre]).collect();
     let tissue = HolzapfelOgden.nearly_incompressible(1e4).along(fibres);
     let scene = Scene {
