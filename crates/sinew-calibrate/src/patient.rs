@@ -14,7 +14,6 @@ use crate::{Forward, ForwardError, Observed};
 use anchor::Anchor;
 use parts::Parts;
 use sinew_energy::{Body, Fibres};
-use sinew_fem::ThinWall;
 use sinew_num::dot;
 use std::sync::{Arc, OnceLock, RwLock};
 
@@ -78,11 +77,6 @@ impl<'p> Patient<'p> {
             observables: Vec::new(),
             accuracy: 0.0,
         }
-    }
-
-    /// Whether the wall under a pressure has one layer of linear tetrahedra.
-    pub fn thin_wall(&self) -> Option<ThinWall> {
-        self.parts.unload.thin_wall()
     }
 
     /// All states at θ, solved from a prediction about the start; without a start, checked by loading from rest.

@@ -23,9 +23,9 @@ pub enum SolveError {
     /// Parameters that make no sense.
     #[error(transparent)]
     Theta(#[from] ThetaError),
-    /// An initial displacement of the wrong length, or with an entry that is not finite.
+    /// A displacement, pressure or direction of the wrong length, or with an entry that is not finite.
     #[error(
-        "the initial displacement has {given} entries of which {finite} are finite; {needed} finite ones are needed"
+        "the displacement, pressure or direction has {given} entries of which {finite} are finite; {needed} finite ones are needed"
     )]
     Initial { given: usize, finite: usize, needed: usize },
     /// Displacement and θ in the wrong order.
@@ -61,6 +61,11 @@ pub enum SolveError {
         "the frozen stiffness belongs to a body with other {what}; give a body with the same supports, the same numbers of nodes and the same cells, up to their diagonals"
     )]
     OtherBody { what: &'static str },
+    /// A body to compare with, whose first nodes are not those of the other.
+    #[error(
+        "the better body does not begin with the nodes of the first; make its mesh of that one, by `quadratic`"
+    )]
+    OtherNodes,
     /// A displacement at which a cell is inverted, or the energy or a derivative of it overflows.
     #[error(
         "the energy or a derivative of it is infinite at this displacement, worst in cell {cell}; give an admissible one"

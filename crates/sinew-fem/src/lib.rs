@@ -90,8 +90,8 @@ mod unload;
 
 pub use diagnose::error_estimate::{Distance, ErrorEstimate, NotNearEquilibrium};
 pub use diagnose::locking::{
-    FormulationDifference, FormulationError, LARGEST_BULK_TO_SHEAR, LockingWarning,
-    compare_formulations, locking, locking_at_centre,
+    FormulationDifference, LARGEST_BULK_TO_SHEAR, LockingWarning, compare_formulations, locking,
+    locking_at_centre,
 };
 pub use diagnose::stress::{
     CellStress, Fibre, cell_stresses, held_sets, mixed_stresses, principal_stretches,
@@ -109,6 +109,6 @@ pub use solve::search::{Line, Solution};
 pub use solve::sensitivity::Stiffness;
 pub use solve::solver::{Solver, SolverPool};
 pub use solve::sweep::{CHAIN, Earlier, Trace, TraceEnd, neighbours, resume_sweep, sweep};
-pub use unload::{Loading, ThinWall, Unload, UnloadError, UnloadOptions, Unloaded};
+pub use unload::{Loading, Unload, UnloadError, UnloadOptions, Unloaded};
 
 pub(crate) use error::Result;

@@ -7,7 +7,6 @@ mod tangent;
 mod verdict;
 
 pub use state::{Loading, UnloadOptions, Unloaded};
-pub use verdict::ThinWall;
 
 use crate::elements::{State, System, Unknowns, check_length, check_state, is_moved_rim};
 use crate::solve::units;
@@ -89,11 +88,6 @@ impl<'p> Unload<'p> {
     pub fn fibres(mut self, fibres: Fibres) -> Self {
         self.image.fibres = fibres;
         self
-    }
-
-    /// Whether the wall under a pressure has one layer of linear tetrahedra.
-    pub fn thin_wall(&self) -> Option<ThinWall> {
-        ThinWall::of(&self.image.system)
     }
 
     /// The body at rest for θ, starting from the image itself; under a load that rises step by step where that fails.
@@ -276,7 +270,8 @@ pub enum UnloadError {
     #[error(
         "no unloaded configuration was found in {iterations} iterations: the image bears {part:.4} of the load, where cells at rest are \
          {least} to {largest} times as large; the load may be too large for this shape, or theta too soft: \
-         check the units of pressure and stiffness, reduce the load, or stiffen the material"
+         check the units of pressure and stiffness, reduce the load, stiffen the material, or mesh a wall of one layer of linear \
+         tetrahedra with two"
     )]
     NotFound { part: f64, iterations: usize, least: CellValue, largest: CellValue },
     /// The body at rest passes through itself.

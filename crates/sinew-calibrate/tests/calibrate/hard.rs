@@ -11,7 +11,7 @@ use sinew_energy::laws::HolzapfelOgden;
 use sinew_energy::{Body, Law, Scene};
 use sinew_fem::UnloadError;
 use sinew_fem::fibres::Surfaces;
-use sinew_mesh::{AnyMesh, Field, TruncatedEllipsoid};
+use sinew_mesh::{AnyMesh, Field};
 
 fn body() -> Body {
     passive(mesh(), 25.0).lower().unwrap()
@@ -146,19 +146,6 @@ fn signs_of_fibres_change_nothing() {
     });
     assert_eq!(seen[0].values, seen[1].values);
     assert_eq!(seen[0].jacobian, seen[1].jacobian);
-}
-
-#[test]
-fn a_wall_of_one_layer_is_warned_of() {
-    let shape = TruncatedEllipsoid { short: [20.0, 30.0], long: [52.0, 62.0], base: 15.0 };
-    for layers in [1, 2] {
-        let body = passive(shape.wall([layers, 16, 8]).tetrahedra(), 25.0).lower().unwrap();
-        let thin = patient(&body, 8.0, 15.0).thin_wall();
-        assert_eq!(thin.is_some(), layers == 1, "{thin:?}");
-        if let Some(thin) = thin {
-            assert!(thin.to_string().contains("two layers"), "{thin}");
-        }
-    }
 }
 
 /// Asserts the text of an error.

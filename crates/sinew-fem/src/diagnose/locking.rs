@@ -6,7 +6,7 @@
 mod enriched;
 mod estimate;
 
-use crate::elements::{System, bulk_to_shear, check_state};
+use crate::elements::{System, bulk_to_shear, check_length, check_state};
 use crate::linear::difference;
 use crate::{Options, Result, SolveError, Solver};
 use sinew_energy::Body;
@@ -140,11 +140,6 @@ pub struct FormulationDifference {
     pub length_unit: String,
 }
 
-/// Two solutions that cannot be compared.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{0}")]
-pub struct FormulationError(String);
-
 /// Compares a displacement with that of the same body in better elements: quadratic ones with the same nodes first
 /// ([`sinew_mesh::TetMesh::quadratic`]).
 ///
@@ -175,18 +170,11 @@ pub fn compare_formulations(
     displacement: &[f64],
     better: &Body,
     better_displacement: &[f64],
-) -> Result<FormulationDifference, FormulationError> {
-    for (body, displacement) in [(body, displacement), (better, better_displacement)] {
-        let (found, nodes) = (displacement.len(), body.nodes);
-        if found != 3 * nodes {
-            return Err(FormulationError(format!(
-                "{found} numbers are not a displacement of {nodes} nodes; give three per node"
-            )));
-        }
-    }
+) -> Result<FormulationDifference> {
+    check_length(3 * body.nodes, displacement)?;
+    check_length(3 * better.nodes, better_displacement)?;
     if !better.positions.starts_with(&body.positions) {
-        let reason = "the better body does not begin with the nodes of the first; make its mesh of that one, by `quadratic`";
-        return Err(FormulationError(reason.into()));
+        return Err(SolveError::OtherNodes);
     }
     let other = &better_displacement[..displacement.len()];
     let [mean, largest] = mean_and_largest(&difference(displacement, other));

@@ -6,7 +6,7 @@ use sinew_energy::{PressureSurface, SurfaceResponse};
 
 /// The loose followers of a body.
 pub(crate) struct Followers<'p> {
-    pub surfaces: &'p [PressureSurface],
+    surfaces: &'p [PressureSurface],
     /// Forces of each facet, and the skew part of their derivative, where assembled last.
     responses: Vec<SurfaceResponse>,
 }

@@ -36,6 +36,9 @@ const NEAR: f64 = 3e-2;
 const FIRST_STEP: f64 = 0.25;
 const CUT: f64 = 0.4;
 const GROWTH: f64 = 1.6;
+/// Load step below which the search gives up [part of the load], and most iterations at one load.
+const LEAST_STEP: f64 = 1e-3;
+const MOST_ITERATIONS: usize = 25;
 
 impl Unload<'_> {
     /// The trial under a load that rises from zero, where the image is the body at rest.
@@ -69,7 +72,7 @@ impl Unload<'_> {
                 }
                 None => step *= CUT,
             }
-            if step < options.least_load_step || *iterations >= options.iterations {
+            if step < LEAST_STEP || *iterations >= options.iterations {
                 return Err(self.image.not_found(&points, *iterations));
             }
         }
@@ -87,7 +90,7 @@ impl Unload<'_> {
     ) -> Option<Trial> {
         let mut trial = Trial::new(&self.image, start, level)?;
         let (mut lowest, mut rises) = ([f64::INFINITY; 2], 0);
-        for _ in 0..options.iterations_per_load {
+        for _ in 0..MOST_ITERATIONS {
             let gap = self.image.gap(&trial.motion, level.factor);
             let size = trial.size();
             if gap.is_none() && size <= BALANCED.max(options.accuracy) {

@@ -174,10 +174,6 @@ pub(super) fn volume_ratios(image: &Body, rest: &Body) -> [CellValue; 2] {
 pub struct UnloadOptions {
     /// Most Newton iterations, all load steps together.
     pub iterations: usize,
-    /// Most of them at one load.
-    pub iterations_per_load: usize,
-    /// Smallest load step before the search gives up [part of the load].
-    pub least_load_step: f64,
     /// Unbalanced forces that are enough \[relative to loads and reactions\]; 0, the default, is what rounding errors amount to.
     pub accuracy: f64,
     /// Options of the check that loading from rest leads to the image, see [`crate::Loading`]. `None` skips it, where the body at rest is a
@@ -187,13 +183,7 @@ pub struct UnloadOptions {
 
 impl Default for UnloadOptions {
     fn default() -> Self {
-        Self {
-            iterations: 300,
-            iterations_per_load: 25,
-            least_load_step: 1e-3,
-            accuracy: 0.0,
-            load: Some(Options::default()),
-        }
+        Self { iterations: 300, accuracy: 0.0, load: Some(Options::default()) }
     }
 }
 

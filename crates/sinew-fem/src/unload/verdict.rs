@@ -1,18 +1,14 @@
 //! Checks of a body at rest after the search: by a state halfway on the curve of its equilibria, or by loading it.
 
 use crate::elements::{Residual, State, System, Unknowns};
-use crate::linear::{difference, dot, facets_of, norm};
+use crate::linear::{difference, dot, norm};
 use crate::solve::{ON_THE_WAY, Path, Plane, Point};
 use crate::unload::state::{Image, Loading, Trial, UnloadOptions};
 use crate::unload::{Result, UnloadError};
 use crate::{Line, LoadSteps, Options, SolveError, Solver};
-use sinew_energy::Body;
 use sinew_energy::metrics::{displacement_error, mean_and_largest};
 use sinew_mesh::{TriangleMesh, self_intersections};
-use sinew_num::ascending;
-use std::collections::HashSet;
 use std::time::Instant;
-use thiserror::Error;
 
 /// Largest distance to the image after loading [relative to the largest displacement]: rounding errors, amplified by an
 /// ill-conditioned stiffness.
@@ -145,56 +141,4 @@ fn connected(
     let [_, distance] = mean_and_largest(&path.system.sparsity.scattered(correction));
     let (iterations, seconds) = (path.log.iterations.len(), start.elapsed().as_secs_f64());
     Some(Loading { distance, iterations, seconds })
-}
-
-/// Share of the cells at a pressure that may reach through the wall.
-const MOST_THROUGH: f64 = 0.1;
-
-/// A wall one linear tetrahedron thick under a pressure: the strain is constant through its thickness, so that an
-/// unloaded configuration is often not found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error(
-    "of {cells} cells at the pressure {through} reach through the wall, which has one layer of linear tetrahedra there: its unloaded \
-     shape is not to be trusted and often not found; mesh it with two layers or more"
-)]
-pub struct ThinWall {
-    /// Cells with a facet under a pressure whose other corner is on the far side of the wall.
-    pub through: usize,
-    /// Cells with a facet under a pressure.
-    pub cells: usize,
-}
-
-impl ThinWall {
-    /// The thin wall of a body under pressures, if a tenth of the cells there reach through.
-    pub(super) fn of(system: &System<'_>) -> Option<Self> {
-        let body = system.body;
-        if body.nodes_per_cell != 4 {
-            return None;
-        }
-        let surfaces = body.pressures.iter().chain(system.followers.surfaces);
-        let facets: Vec<_> = facets_of(surfaces).map(|(_, _, nodes)| nodes).collect();
-        let pressed: HashSet<usize> = facets.iter().copied().flatten().copied().collect();
-        let far = far_side(body, &pressed);
-        let under: HashSet<_> = facets.into_iter().map(|nodes| ascending(nodes.to_vec())).collect();
-        let (mut through, mut cells) = (0, 0);
-        for nodes in body.cell_nodes() {
-            for corner in 0..4 {
-                let others = (0..4).filter(|&k| k != corner).map(|k| nodes[k]);
-                if under.contains(&ascending(others)) {
-                    cells += 1;
-                    through += usize::from(far.contains(&nodes[corner]));
-                }
-            }
-        }
-        let thin = through as f64 > MOST_THROUGH * cells as f64;
-        thin.then_some(Self { through, cells })
-    }
-}
-
-/// Free nodes on the surface of the body that no pressure acts on.
-fn far_side(body: &Body, pressed: &HashSet<usize>) -> HashSet<usize> {
-    let facets = body.mesh.boundary_facets();
-    let nodes = facets.into_iter().flat_map(|facet| body.mesh.nodes_of_facet(facet));
-    let free = |node: &usize| body.prescribed[3 * node..3 * node + 3].iter().all(Option::is_none);
-    nodes.filter(|node| !pressed.contains(node) && free(node)).collect()
 }

@@ -81,11 +81,10 @@ fn random(index: u64, cells: [usize; 3]) -> Outcome {
         least * f64::powf(most / least, random.random())
     });
     let pressure = PRESSURES[index as usize % 3];
-    let thin = if cells[0] == 1 { "one layer" } else { "" };
     let theta = [a, b, a_f, b_f, pressure * MMHG];
     match ideal(mesh) {
         Ok(body) => {
-            let (word, mut line) = outcome(&body, &theta, thin);
+            let (word, mut line) = outcome(&body, &theta);
             if word == "typed" {
                 line += &parts(&body, ideal(finer).ok().as_ref(), &theta);
             }
@@ -139,7 +138,7 @@ fn real(folder: &Path, frame: &str) -> Vec<Outcome> {
             } else {
                 theta.push(pressure * MMHG);
             }
-            let (word, mut line) = outcome(&coarse, &theta, "");
+            let (word, mut line) = outcome(&coarse, &theta);
             if word == "typed" {
                 let finer = finer.get_or_insert_with(|| body(NODES[1]));
                 line += &parts(&coarse, finer.as_ref().ok(), &theta);
@@ -168,15 +167,12 @@ fn body(mesh: TetMesh, sides: [&str; 3], active: bool) -> Result<Body> {
 }
 
 /// Unloads, and loads an answer again by a solver of its own.
-fn outcome(body: &Body, theta: &[f64], thin: &str) -> Outcome {
+fn outcome(body: &Body, theta: &[f64]) -> Outcome {
     let line = |what: &str| format!("{} nodes, θ = {theta:.3?}: {what}", body.nodes);
     let mut unload = match Unload::new(body) {
         Ok(unload) => unload,
         Err(error) => return ("no body", line(&error.to_string())),
     };
-    if (thin.is_empty()) == unload.thin_wall().is_some() {
-        return ("WRONG warning", line(&format!("{:?}", unload.thin_wall())));
-    }
     let unloaded = match unload.solve(theta, &UnloadOptions::default()) {
         Ok(unloaded) => unloaded,
         Err(UnloadError::Body(error)) => return ("UNTYPED", line(&error.to_string())),

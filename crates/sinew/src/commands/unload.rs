@@ -1,7 +1,7 @@
 //! Bodies at rest of loaded images.
 
 use super::{
-    CaseFile, ThetaArguments, check_vtu, keep_foreign, marked, single, warn, warn_of_locking, write,
+    CaseFile, ThetaArguments, check_vtu, keep_foreign, marked, single, warn_of_locking, write,
 };
 use anyhow::{Result, bail};
 use clap::Args;
@@ -56,7 +56,6 @@ impl UnloadCommand {
         let thetas = self.theta.read(&image, None, None)?.thetas();
         let theta = single("--theta", &thetas)?;
         let mut unload = Unload::new(&image)?.fibres(self.fibres);
-        warn(unload.thin_wall());
         let unloaded = unload.solve(theta, &UnloadOptions::default())?;
         warn_of_locking(locking(&unloaded.rest, theta, &unloaded.displacement()));
         println!("{}{}", theta_in_words(&image, theta), said(&image, &unloaded));
