@@ -96,3 +96,7 @@ def test_what_is_no_patient_is_told(bar: Case, patient: Case) -> None:
         bar.calibrate(progress=False)
     with pytest.raises(CaseError, match="mu"):
         patient.synthesise({"nu": 18.0})
+    with pytest.raises(CaseError, match="give a dictionary"):
+        patient.synthesise([18.0])
+    data = [case.text for case in (patient.synthesise({"mu [kPa]": 18.0}), patient.synthesise({"mu": "18000 Pa"}))]
+    assert data[0] == data[1]

@@ -84,6 +84,11 @@ def test_displacements_on_a_mesh_are_emulated(bar: Case) -> None:
     assert found.shape == fields[3].shape and error <= 3 * width
     with pytest.raises(EmulatorError, match="numbers in a run"):
         Runs.of_fields(columns, fields[:, 1:], (bar.points, bar.cells), progress=False)
+    # Runs in another order, by their labels.
+    xarray, pandas = pytest.importorskip("xarray"), pytest.importorskip("pandas")
+    labelled = xarray.DataArray(fields, dims=("run", "node", "axis"), coords={"run": range(12)})
+    with pytest.raises(CaseError, match="theta and displacements: columns have different labels"):
+        Runs.of_fields(pandas.DataFrame(columns), labelled[::-1], (bar.points, bar.cells), progress=False)
     with pytest.raises(CaseError, match="they are positions"):
         Runs.of_fields(columns, fields + bar.points, (bar.points, bar.cells), progress=False)
 

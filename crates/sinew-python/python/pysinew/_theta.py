@@ -144,16 +144,20 @@ def text(name: str, value: Any) -> str:
     return repr(float(value))
 
 
+def pairs(theta: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Names and values as texts; a head with a unit, such as `p [mmHg]`, gives the value that unit."""
+    found = []
+    for name, value in theta.items():
+        own, _, unit = str(name).partition("[")
+        said = text(str(name), value)
+        found.append((own.strip(), f"{said} {unit.rstrip(']')}" if unit else said))
+    return found
+
+
 def _one(case: NativeCase, theta: Any) -> Floats:
     if not isinstance(theta, Mapping):
         raise CaseError(f"theta: a {type(theta).__name__} stands among sets by name; give them all in one way")
-    pairs = []
-    for name, value in theta.items():
-        # A head with a unit, as tables have it: `p [mmHg]`.
-        own, _, unit = str(name).partition("[")
-        said = text(str(name), value)
-        pairs.append((own.strip(), f"{said} {unit.rstrip(']')}" if unit else said))
-    return case.theta(pairs)
+    return case.theta(pairs(theta))
 
 
 def _by_name(case: NativeCase, theta: Mapping[str, Any]) -> tuple[Floats, bool]:

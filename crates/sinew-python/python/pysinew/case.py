@@ -473,8 +473,9 @@ class Case:
 
     def synthesise(self, theta: Mapping[str, Any], seed: int = 1) -> Case:
         """The case with data that the solver gives at θ by name, with noise of their standard deviations."""
-        pairs = [(str(name), _theta.text(str(name), value)) for name, value in theta.items()]
-        return Case._of(synthesise(self._native, pairs, _numbers.count(seed, "seed")))
+        if not isinstance(theta, Mapping):
+            raise CaseError(f"theta: a {type(theta).__name__} has no names; give a dictionary")
+        return Case._of(synthesise(self._native, _theta.pairs(theta), _numbers.count(seed, "seed")))
 
 
 def _revived(*state: Any) -> Case:

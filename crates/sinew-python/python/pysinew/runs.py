@@ -71,7 +71,7 @@ class Runs:
             raise CaseError(f"displacements of shape {array.shape}; give (runs, nodes, 3)")
         results = [("displacement", unit, array.reshape(len(array), -1))]
         inputs = _columns(theta, "theta")
-        _same_labels(inputs.values(), "theta")
+        _same_labels([*inputs.values(), displacements], "theta and displacements")
         return Runs._fit(_read(inputs, "theta"), results, _meshes.read(mesh), progress)
 
     @staticmethod
@@ -181,7 +181,7 @@ def _own(text: Any, units: Mapping[str, str], what: str) -> str:
 
 def _same_labels(columns: Iterable[Any], what: str) -> None:
     """Refuses columns whose rows have different labels."""
-    labels = [found for found in map(_theta.labels_of, columns) if found is not None]
+    labels = [found[0] for found in map(_theta.labels_of, columns) if found and found[0]]
     if any(other != labels[0] for other in labels[1:]):
         raise CaseError(f"{what}: columns have different labels; align them, or give their values alone")
 
