@@ -108,7 +108,10 @@ pub enum Warning {
     )]
     FarFromEquilibrium { excess: f64 },
     /// A prediction that no body can have.
-    #[error("the prediction {of} inverts a cell; train for longer")]
+    #[error(
+        "the prediction {of} inverts a cell; narrow the ranges of the parameters, or allow more anchors (a Taylor expansion), simulations (a \
+         regression) or steps (a network)"
+    )]
     Inverted { of: String },
     /// Simulations without a solution.
     #[error(
@@ -128,6 +131,12 @@ pub enum Warning {
          finds that of a rising load"
     )]
     Jumped,
+    /// A solution that the least disturbance ends.
+    #[error(
+        "unstable: the stiffness has negative eigenvalues at the equilibrium, and the least disturbance ends it; add one, such as a small load \
+         aside, and the body buckles to a stable one"
+    )]
+    Unstable,
     /// An error larger than was asked for.
     #[error(
         "the root mean square error over the held-out cases is {:.2e} of the displacements where {:.2e} was asked for; simulate more, or allow more time",
@@ -150,8 +159,8 @@ pub enum Warning {
     PoorEstimates { share: f64, cases: usize },
     /// Held-out cases without an error estimate.
     #[error(
-        "{refused} of {cases} held-out predictions are not near an equilibrium and have no error estimate; train for longer, \
-         simulate more, or narrow the ranges of the parameters"
+        "{refused} of {cases} held-out predictions are not near an equilibrium and have no error estimate; narrow the ranges of the \
+         parameters, or allow more anchors (a Taylor expansion), simulations (a regression) or steps (a network)"
     )]
     RefusedEstimates { refused: usize, cases: usize },
     /// A displacement that no equilibrium is near to.

@@ -433,6 +433,13 @@ impl Body {
         self.parameters.iter().map(middle).collect()
     }
 
+    /// Parameters within their ranges, off the [middle](Body::centre) at shares that differ: loads that are zero or cancel there do not here.
+    pub fn beside_centre(&self) -> Vec<f64> {
+        let share = |number: usize| 1.0 / (3 + number) as f64;
+        let ranges = self.parameters.iter().map(|parameter| parameter.range).enumerate();
+        ranges.map(|(number, [low, high])| low + share(number) * (high - low)).collect()
+    }
+
     /// Indices `3 × node + component` that no support prescribes, ascending; components of the node's frame, if
     /// it is in [`BodyArrays::frames`].
     pub fn free_degrees_of_freedom(&self) -> Vec<usize> {

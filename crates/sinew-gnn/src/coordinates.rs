@@ -48,11 +48,17 @@ pub(crate) fn at_rest(body: &Body, topology: &Topology, energy: f64) -> Result<M
     Ok(motions.of_energy(FIRST_SHARE * energy)?)
 }
 
-/// Motions about a displacement, such as one that a first training predicts for the centre of the parameter range.
-pub(crate) fn at_anchor(body: &Body, topology: &Topology, anchor: &[f64]) -> Result<Motions> {
+/// Motions about a displacement, such as one that a first training predicts for the centre of the parameter range; `least_work` is that of
+/// the loads.
+pub(crate) fn at_anchor(
+    body: &Body,
+    topology: &Topology,
+    anchor: &[f64],
+    least_work: f64,
+) -> Result<Motions> {
     let anchor = admissible(body, anchor);
     let motions = Motions::about(&anchor, &topology.clusters, body, &body.centre())?;
-    Ok(motions.of_energy(ENERGY_SHARE * work(body, &anchor))?)
+    Ok(motions.of_energy(ENERGY_SHARE * work(body, &anchor).max(least_work))?)
 }
 
 /// Coordinates in which simulations at `thetas` differ beyond a polynomial in the parameters.

@@ -145,6 +145,8 @@ pub(crate) struct Plan<'a> {
     pub scale: OutputScale,
     /// Energy of the linearised body at the centre of the ranges, where there are no simulations.
     pub energy: f64,
+    /// Least work of loads that sizes are relative to, where they nearly vanish at the centre; else 0.
+    pub least_work: f64,
     pub held_out: &'a TestSet<'a>,
 }
 

@@ -128,8 +128,8 @@ impl NativeEmulator {
             shared.with(|emulator| -> Result<_, Error> {
                 let (body, viewer) =
                     (emulator.body(), sinew::viewer(emulator, sinew::PAGE_SEED, observer)?);
-                let centre = emulator.predict(&[body.centre()])?;
-                let doubts = doubtful_displacements(body, &[centre.field(0)]);
+                let probes = emulator.predict(&[body.centre(), body.beside_centre()])?;
+                let doubts = doubtful_displacements(body, &[probes.field(0), probes.field(1)]);
                 let (html, notes) = (viewer.to_html(), viewer.notes);
                 Ok((html, viewer.facts, doubts.into_iter().chain(notes).collect()))
             })

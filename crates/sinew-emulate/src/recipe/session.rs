@@ -157,6 +157,9 @@ impl<'a, 'b> Session<'a, 'b> {
             let theta = in_words(self.body, theta);
             self.warn(Warning::SeveralEquilibria { stage, count, theta });
         }
+        if !found.unstable.is_empty() && !self.warnings.contains(&Warning::Unstable) {
+            self.warn(Warning::Unstable);
+        }
         Ok(())
     }
 

@@ -32,6 +32,8 @@ pub(crate) struct Block<'a> {
     found: Vec<(usize, Outcome)>,
     /// Solutions that a rising load may not lead to, by index. They are found again after a kill, to be compared.
     jumped: Vec<(usize, Solution)>,
+    /// Unstable solutions, by index.
+    unstable: Vec<usize>,
     /// Seconds of earlier runs.
     earlier_s: f64,
     opened: Instant,
@@ -52,8 +54,10 @@ impl<'a> Block<'a> {
         let store = folder.map(|(folder, body)| (folder.join(UNDER_WAY), body));
         let earlier = store.as_ref().map_or(Ok(None), |(folder, body)| read(folder, body))?;
         let (opened, stored) = (Instant::now(), Instant::now());
-        let (found, jumped, cost) = (Vec::new(), Vec::new(), Duration::ZERO);
-        let mut block = Self { thetas, store, found, jumped, earlier_s: 0.0, opened, stored, cost };
+        let (found, jumped, unstable, cost) = (vec![], vec![], vec![], Duration::ZERO);
+        let earlier_s = 0.0;
+        let mut block =
+            Self { thetas, store, found, jumped, unstable, earlier_s, opened, stored, cost };
         if let Some((_, earlier)) = earlier {
             block.go_on_from(earlier);
         }
@@ -101,6 +105,8 @@ impl<'a> Block<'a> {
 
     /// Takes a result.
     pub(crate) fn take(&mut self, index: usize, result: std::result::Result<Solution, SolveError>) {
+        let is_unstable = |found: &Solution| found.has_potential && !found.is_stable();
+        self.unstable.extend(result.as_ref().is_ok_and(is_unstable).then_some(index));
         match result {
             Ok(solution) if solution.jumped => self.jumped.push((index, solution)),
             Ok(found) => self.found.push((index, Ok(outcome(found)))),
@@ -150,7 +156,9 @@ impl<'a> Block<'a> {
         let late = self.jumped.drain(..).map(|(index, solution)| (index, Ok(outcome(solution))));
         self.found.extend(late);
         self.found.sort_by_key(|&(index, _)| index);
-        Ok(Simulations { branched, jumped, compared, ..self.simulations() })
+        self.unstable.sort_unstable();
+        let unstable = self.unstable.iter().map(|&index| self.thetas[index].clone()).collect();
+        Ok(Simulations { branched, jumped, compared, unstable, ..self.simulations() })
     }
 
     /// Removes what was stored on the way, once the block is stored itself.

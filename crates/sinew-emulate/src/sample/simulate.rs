@@ -41,6 +41,8 @@ pub struct Simulations {
     /// Parameters whose solution may be on another branch than that of a rising load: those of `branched`, and those that were not
     /// compared. Not stored.
     pub jumped: Vec<Vec<f64>>,
+    /// Parameters whose solution is an unstable equilibrium, as of a straight column beyond its Euler load. Not stored.
+    pub unstable: Vec<Vec<f64>>,
     /// Wall time of all solves on all threads \[s\].
     pub seconds: f64,
     /// Wall time of each solve on its thread \[s\].
@@ -107,6 +109,7 @@ impl Simulations {
         self.failures.extend(more.failures);
         self.branched.extend(more.branched);
         self.jumped.extend(more.jumped);
+        self.unstable.extend(more.unstable);
         self.compared += more.compared;
         self.solve_seconds.extend(more.solve_seconds);
         self.seconds += more.seconds;

@@ -288,3 +288,30 @@ fn designs_whose_runs_lie_together_state_errors_of_groups_or_warn() {
         assert_eq!((old.correlation(0, 0), old.warnings.len()), (1.0, 0));
     }
 }
+
+/// Values about 1e6 that vary by about one: what is learned is their variation.
+#[test]
+fn an_offset_of_a_million_deviations_moves_predictions_alone() {
+    let (parameters, thetas, fields) = noisy(24);
+    let fitted = |offset: f64| {
+        let values = fields.iter().map(|field| vec![field[1] + offset]).collect();
+        let output = Output { name: "v".into(), unit: "ml".into(), values };
+        RunsEmulator::fit(parameters.clone(), &thetas, &[output], None, &mut ()).unwrap()
+    };
+    let [plain, shifted] = [0.0, 1e6].map(fitted);
+    let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-6;
+    let [own, other] = [&plain, &shifted].map(|emulator| &emulator.left_out()[0]);
+    assert!(near(own.error, other.error) && near(own.deviation, other.deviation), "{other:?}");
+    let shares = [0.3, 0.62];
+    let theta = [1.3, 1.6];
+    let [own, other] =
+        [&plain, &shifted].map(|emulator| emulator.predict(&theta).unwrap().remove(0));
+    // Rounding of 1e6 is 1e-10.
+    assert!(
+        (other.values[0] - 1e6 - own.values[0]).abs() < 1e-7
+            && near(own.half_width, other.half_width)
+    );
+    let [own, other] =
+        [&plain, &shifted].map(|emulator| emulator.at_shares(&shares, &[0]).remove(0));
+    assert!((0..2).all(|d| near(own.value_slopes[d], other.value_slopes[d])), "{other:?} {own:?}");
+}

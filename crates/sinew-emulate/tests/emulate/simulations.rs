@@ -2,11 +2,11 @@
 
 use sinew_emulate::{
     Body, Design, Error, MOST_COMPARED, Observer, Progress, Simulations, central_differences,
-    simulate,
+    simulate, simulate_by,
 };
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Magnitude, Parameter, Scene, Support};
-use sinew_fem::{Options, Solver, sweep};
+use sinew_fem::{LoadSteps, Options, Solver, sweep};
 use sinew_mesh::box_tetrahedra;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -20,6 +20,22 @@ pub(crate) fn short_bar() -> Body {
         .support(Support::clamped("x_min"))
         .lower()
         .unwrap()
+}
+
+/// A straight column stays straight beyond its Euler load, by a rising load too.
+#[test]
+fn unstable_solutions_are_named() {
+    let body = Scene::new(box_tetrahedra([40.0, 2.0, 2.0], [5, 1, 1]).quadratic(), NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 50.0..=1000.0))
+        .parameter(Parameter::log("lambda", "kPa", 50.0..=1000.0))
+        .load(Load::Traction { facets: "x_max".into(), value: [-0.3, 0.0, 0.0] })
+        .support(Support::clamped("x_min"))
+        .lower()
+        .unwrap();
+    let thetas = [vec![50.0, 50.0]];
+    let options = Options { load_steps: LoadSteps::Always, ..Options::default() };
+    let found = simulate_by(&body, &thetas, "test", None, &options, &mut ()).unwrap();
+    assert_eq!((found.fields.len(), &found.unstable[..]), (1, &thetas[..]));
 }
 
 #[test]

@@ -76,7 +76,8 @@ pub fn locking(body: &Body, theta: &[f64], displacement: &[f64]) -> Result<Optio
     Ok((expected_share >= LEAST_SHARE).then_some(warning))
 }
 
-/// [`locking`] at the equilibrium in the middle of the ranges of all parameters, which is solved for; at rest where there is none.
+/// [`locking`] at the equilibrium in the middle of the ranges of all parameters, which is solved for; at rest where there is none, and at rest
+/// beside the middle where nothing moves there, as at a pressure of zero.
 ///
 /// # Errors
 /// As for [`locking`].
@@ -86,9 +87,13 @@ pub fn locking_at_centre(body: &Body) -> Result<Option<LockingWarning>> {
     if body.element().is_quadratic() {
         return Ok(None);
     }
+    let rest = vec![0.0; 3 * body.nodes];
     match Solver::new(body)?.solve(&theta, &Options::default()) {
+        Ok(solution) if solution.displacement == rest => {
+            locking(body, &body.beside_centre(), &rest)
+        }
         Ok(solution) => locking(body, &theta, &solution.displacement),
-        Err(SolveError::NotConverged(_)) => locking(body, &theta, &vec![0.0; 3 * body.nodes]),
+        Err(SolveError::NotConverged(_)) => locking(body, &theta, &rest),
         Err(other) => Err(other),
     }
 }

@@ -206,6 +206,24 @@ fn a_body_is_judged_in_the_middle_of_its_ranges() {
 }
 
 #[test]
+fn a_plate_without_a_pressure_in_the_middle_of_its_ranges_is_judged_beside_it() {
+    let share = |least: f64| {
+        let pressed = Load::Pressure { facets: "z_max".into(), magnitude: Magnitude::Theta(2) };
+        let plate = Scene::new(box_tetrahedra([20.0, 20.0, 3.0], [4, 4, 1]), NeoHookean)
+            .parameter(Parameter::log("mu", "kPa", 74.0..=76.0))
+            .parameter(Parameter::log("lambda", "kPa", 74.0..=76.0))
+            .parameter(Parameter::linear("p", "kPa", least..=0.1))
+            .load(pressed);
+        let edges = ["x_min", "x_max", "y_min", "y_max"].map(Support::clamped);
+        let body = edges.into_iter().fold(plate, Scene::support).lower().unwrap();
+        locking_at_centre(&body).unwrap().expect("linear tetrahedra lock").expected_share
+    };
+    // Small loads: but for squares of the displacement both are the same.
+    let [none, some] = [-0.1, 0.05].map(share);
+    assert!((none / some - 1.0).abs() < 0.02, "{none} without a pressure, {some} with one");
+}
+
+#[test]
 fn bodies_with_other_nodes_are_not_compared() {
     let size = [6.0, 2.0, 2.0];
     let [body, finer] =

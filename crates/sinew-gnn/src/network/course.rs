@@ -93,7 +93,8 @@ impl<'c, 'a, 'b> Course<'c, 'a, 'b> {
         /// Parameter sets that orders are tried at.
         const TRIED: usize = 32;
         let (session, thetas) = (&mut *self.session, self.plan.thetas);
-        let motions = coordinates::at_anchor(session.body, &geometry.topology, anchor)?;
+        let (topology, least_work) = (&geometry.topology, self.plan.least_work);
+        let motions = coordinates::at_anchor(session.body, topology, anchor, least_work)?;
         let tried = &thetas[..thetas.len().min(TRIED)];
         let mut solver = Solver::new(session.body)?;
         let (motions, first) = expand(&mut solver, motions, tried)?;

@@ -68,6 +68,7 @@ impl DataDriven {
             fields,
             scale,
             energy: 0.0,
+            least_work: 0.0,
             held_out,
         };
         train(session, &plan, record)

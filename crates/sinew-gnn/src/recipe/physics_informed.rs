@@ -7,8 +7,8 @@ use crate::objective::{MinimumPotential, Objective};
 use crate::training::{TrainingBudget, TrainingConfig};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::coordinates::OutputScale;
-use sinew_emulate::parts::{Session, Stream, timed, work};
-use sinew_emulate::{Record, TestSet, Warning};
+use sinew_emulate::parts::{Session, Stream, norm, timed, work};
+use sinew_emulate::{Body, Record, TestSet, Warning};
 use sinew_energy::Barriers;
 use sinew_fem::Solver;
 use std::sync::Arc;
@@ -56,14 +56,15 @@ impl PhysicsInformed {
         held_out: &TestSet<'_>,
         record: &mut Record,
     ) -> Result<TrainedNetwork> {
-        let (body, centre) = (session.body, session.body.centre());
+        let body = session.body;
         let thetas =
             session.thetas(session.options.design, self.parameter_sets, Stream::Training)?;
+        let (typical, centre) = (typical(body, &thetas), body.centre());
         let linear_response =
-            timed(&mut record.prepare_s, || Solver::new(body)?.linear_response(&centre))?;
+            timed(&mut record.prepare_s, || Solver::new(body)?.linear_response(&typical))?;
         let potential = Arc::new(body.clone().with_barriers(Barriers::default()));
         let energy =
-            MinimumPotential::energy_of_linear_response(&*potential, &linear_response, &centre)?;
+            MinimumPotential::energy_of_linear_response(&*potential, &linear_response, &typical)?;
         let objective = || -> Result<Box<dyn Objective>> {
             Ok(Box::new(MinimumPotential::new(vec![potential.clone()], energy)?))
         };
@@ -78,21 +79,47 @@ impl PhysicsInformed {
             fields: None,
             scale,
             energy,
+            least_work: if typical == centre { 0.0 } else { energy },
             held_out,
         };
         let network = train(session, &plan, record)?;
-        judge_equilibrium(session, &network.fixed.predict(&[centre])?.concat())?;
+        judge_equilibrium(session, &network.fixed.predict(&[centre])?.concat(), plan.least_work)?;
         Ok(network)
     }
 }
 
+/// Parameters that set sizes of displacement and energy: the centre of the ranges, or where its loads nearly vanish, as of a pressure from −1 to
+/// 1 kPa, those to train at with the median force at rest.
+fn typical(body: &Body, thetas: &[Vec<f64>]) -> Vec<f64> {
+    /// Forces at the centre \[relative to the median\].
+    const VANISHING: f64 = 0.1;
+    /// Parameter sets that are looked at.
+    const TRIED: usize = 99;
+    let force = |theta: &[f64]| {
+        let mut force = vec![0.0; 3 * body.nodes];
+        body.value_and_gradient(&vec![0.0; 3 * body.nodes], theta, &mut force);
+        norm(&force)
+    };
+    let mut forces: Vec<_> = thetas.iter().take(TRIED).map(|theta| (force(theta), theta)).collect();
+    forces.sort_by(|a, b| a.0.total_cmp(&b.0));
+    match forces.get(forces.len() / 2) {
+        Some((median, theta)) if force(&body.centre()) < VANISHING * median => theta.to_vec(),
+        _ => body.centre(),
+    }
+}
+
 /// Warns if the prediction is far from equilibrium: without simulations this is the only check of a training.
-fn judge_equilibrium(session: &mut Session<'_, '_>, predicted: &[f64]) -> Result<()> {
+fn judge_equilibrium(
+    session: &mut Session<'_, '_>,
+    predicted: &[f64],
+    least_work: f64,
+) -> Result<()> {
     /// Gain of a Newton step \[relative to the loads' work\], about the relative error of the energy.
     const FAR: f64 = 1e-2;
     match newton_step(session.body, predicted)? {
         Some(step) => {
-            let excess = 0.5 * step.energy_norm.powi(2) / work(session.body, predicted);
+            let work = work(session.body, predicted).max(least_work);
+            let excess = 0.5 * step.energy_norm.powi(2) / work;
             if excess > FAR {
                 session.warn(Warning::FarFromEquilibrium { excess });
             }

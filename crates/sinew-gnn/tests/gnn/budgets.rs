@@ -2,8 +2,11 @@
 
 use crate::support::{beam, small_network, steps};
 use sinew_emulate::{Budget, Emulator, Observer, Progress, TrainingOptions};
+use sinew_energy::laws::NeoHookean;
+use sinew_energy::{Load, Magnitude, Parameter, Scene, Support};
 use sinew_gnn::recipe::{DataDriven, PhysicsInformed};
 use sinew_gnn::{OutputCoordinates, Recipe};
+use sinew_mesh::box_tetrahedra;
 use std::ops::ControlFlow;
 
 /// Steps of the stages of a training, and the seconds that each of them has.
@@ -79,4 +82,33 @@ fn simulations_leave_some_time_for_training() {
             assert!((found - expected).abs() < 1e-9, "{found} after {spent} of {seconds}");
         }
     }
+}
+
+/// Without a load at the centre of the ranges, sizes are those at parameters to train at.
+#[test]
+fn a_pressure_about_zero_is_learned_by_its_energy() {
+    let pressed = Load::Pressure { facets: "z_max".into(), magnitude: Magnitude::Theta(2) };
+    let plate = Scene::new(box_tetrahedra([20.0, 20.0, 4.0], [4, 4, 1]), NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
+        .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
+        .parameter(Parameter::linear("p", "kPa", -4.0..=4.0))
+        .load(pressed);
+    let edges = ["x_min", "x_max", "y_min", "y_max"].map(Support::clamped);
+    let body = edges.into_iter().fold(plate, Scene::support).lower().unwrap();
+    let base = PhysicsInformed::default();
+    let of = |count: usize| steps(&base.training, count);
+    let recipe = PhysicsInformed {
+        parameter_sets: 64,
+        coordinates: OutputCoordinates::MotionsAfter(of(30)),
+        network: small_network(),
+        training: of(60),
+    };
+    let (_, emulator) = train(recipe.into(), &body, Budget::Effort(1.0));
+    let ends = emulator.predict(&[vec![70.0, 70.0, 4.0], vec![70.0, 70.0, 0.0]]).unwrap();
+    let estimate = |case| emulator.estimate(&ends, case).unwrap().distance.expect("an equilibrium");
+    let size = body.positions.len() as f64;
+    let mean = ends.field(0).chunks(3).map(sinew_emulate::parts::norm).sum::<f64>() / size;
+    let errors = [0, 1].map(|case| estimate(case).mean / mean);
+    println!("{mean} mm, {errors:?}, {:?}", emulator.record.warnings);
+    assert!(errors.iter().all(|error| *error < 0.1), "{errors:?}");
 }

@@ -6,8 +6,8 @@ use super::units::length_within;
 use crate::output::least_and_largest_ratio;
 use crate::theta::theta_in_words;
 use rayon::prelude::*;
-use sinew_emulate::Simulations;
 use sinew_emulate::parts::dot;
+use sinew_emulate::{Simulations, Warning};
 use sinew_energy::{Body, Mat3};
 use sinew_fem::LockingWarning;
 
@@ -135,9 +135,11 @@ fn idle_parameters(body: &Body) -> Option<Vec<String>> {
     Some(idle.map(|index| body.parameters[index].name.clone()).collect())
 }
 
-/// Warnings about displacements: one that is almost zero, and cells that lose most of their volume.
+/// Warnings about displacements: all almost zero, and cells that lose most of their volume.
 pub fn doubtful_displacements(body: &Body, fields: &[&[f64]]) -> Vec<String> {
-    let still = fields.iter().find_map(|field| negligible_displacement(body, field));
+    // One without a load among others with one is no mistake.
+    let still = fields.iter().map(|field| negligible_displacement(body, field));
+    let still = still.collect::<Option<Vec<_>>>().and_then(|all| all.into_iter().next());
     let least: Vec<_> =
         fields.par_iter().map(|field| least_and_largest_ratio(body, field)[0]).collect();
     let doubtful = least.iter().filter(|ratio| **ratio < LEAST_RATIO).count();
@@ -152,8 +154,20 @@ pub fn doubtful_displacements(body: &Body, fields: &[&[f64]]) -> Vec<String> {
     still.into_iter().chain(squeezed).collect()
 }
 
-/// Warning about solutions that a rising load does not lead to; `cure` raises the load step by step.
-pub fn branched_in_words(body: &Body, found: &Simulations, cure: &str) -> Option<String> {
+/// Warnings about solutions that are unstable, and that a rising load does not lead to; `cure` raises the load step by step.
+pub fn branched_in_words(body: &Body, found: &Simulations, cure: &str) -> Vec<String> {
+    let unstable = found.unstable.first().map(|first| {
+        let (count, first) = (found.unstable.len(), theta_in_words(body, first));
+        format!(
+            "{count} of {} solutions, the first at {first}, are {}",
+            found.fields.len(),
+            Warning::Unstable
+        )
+    });
+    unstable.into_iter().chain(of_other_branches(body, found, cure)).collect()
+}
+
+fn of_other_branches(body: &Body, found: &Simulations, cure: &str) -> Option<String> {
     let first = theta_in_words(body, found.branched.first()?);
     let Simulations { branched, jumped, compared, fields, .. } = found;
     let (count, all) = (branched.len(), fields.len());

@@ -80,7 +80,8 @@ impl Export {
                 (name, sinew::load(&path, body)?)
             }
         };
-        tell_doubtful(body, [emulator.predict(&[body.centre()])?.field(0)]);
+        let probes = emulator.predict(&[body.centre(), body.beside_centre()])?;
+        tell_doubtful(body, [probes.field(0), probes.field(1)]);
         let viewer = sinew::viewer(&emulator, PAGE_SEED, &mut Terminal::default())?;
         warn(&viewer.notes);
         for (name, value) in &viewer.facts {

@@ -125,11 +125,13 @@ fn answer<'a>(found: &'a Simulations, place: Result<usize, &str>) -> Result<Row<
         true => reason.to_string(),
         false => format!("no equilibrium: {reason}"),
     })?;
-    let jumps = found.jumped.iter().filter(|theta| **theta == found.thetas[place]);
+    let is_among = |thetas: &[Vec<f64>]| thetas.contains(&found.thetas[place]);
+    let jumps = is_among(&found.jumped).then_some(Warning::Jumped);
+    let warnings = jumps.into_iter().chain(is_among(&found.unstable).then_some(Warning::Unstable));
     Ok(Row {
         fields: vec![&found.fields[place]],
         pressure: found.pressures.get(place).map_or(&[], Vec::as_slice),
-        warnings: jumps.map(|_| Warning::Jumped.to_string()).collect(),
+        warnings: warnings.map(|warning| warning.to_string()).collect(),
         ..Row::default()
     })
 }

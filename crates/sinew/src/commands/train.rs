@@ -103,7 +103,8 @@ impl Train {
         };
         let mut terminal = sinew_emulate::Terminal::default();
         let emulator = training.train(&body, &options, &mut terminal)?;
-        tell_doubtful(&body, [emulator.predict(&[body.centre()])?.field(0)]);
+        let probes = emulator.predict(&[body.centre(), body.beside_centre()])?;
+        tell_doubtful(&body, [probes.field(0), probes.field(1)]);
         tell(&emulator, &folder);
         Ok(())
     }

@@ -383,6 +383,13 @@ fn a_load_that_moves_nothing_is_warned_of() {
     let body = Case::parse(PLATE, "plate.toml").unwrap().body().unwrap();
     let moved = |largest: f64| negligible_displacement(&body, &vec![largest; 3 * body.nodes]);
     assert!(moved(1e-5).is_some() && moved(1e-4).is_none());
+    let told = done(folder.path(), "solve plate.toml --theta mu=10,p=0 --theta mu=10,p=1");
+    assert!(!told.contains("less than a millionth"), "{told}");
+    let range = "{ range = [-4.0, 4.0], sampling = \"linear\", ";
+    let about_zero = PLATE.replace("{ range = [1.0, 4.0], ", range);
+    std::fs::write(folder.path().join("zero.toml"), about_zero).unwrap();
+    let told = done(folder.path(), "train zero.toml");
+    assert!(told.contains("too stiff") && !told.contains("less than a millionth"), "{told}");
 }
 
 #[test]
