@@ -79,11 +79,11 @@ pub enum SolveError {
 /// The best state of a failed solve and how it got there.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error(
-    "no equilibrium found after {} iterations; the largest load factor with an equilibrium is {}\n{history}least J where the iteration ended: {}\n{advice}",
+    "no equilibrium found after {} iterations; the last equilibrium on the way has the load factor {}\n{history}least J where the iteration ended: {}\n{advice}",
     history.iterations.len(), part(*load_factor), listed(worst_cells)
 )]
 pub struct NotConverged {
-    /// Largest fraction of loads and prescribed motion whose equilibrium was found.
+    /// Fraction of loads and prescribed motion of the last equilibrium that was found on the way.
     pub load_factor: f64,
     /// Displacement of that equilibrium, `[u_x, u_y, u_z]` node by node \[length\].
     pub displacement: Vec<f64>,

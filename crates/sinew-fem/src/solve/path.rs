@@ -80,8 +80,8 @@ impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
             let reached = self.reached().at;
             // Arc length may have passed the end, from where steps go back.
             let ends = (1.0 - reached).abs() <= step.abs() * (1.0 + 1e-9);
-            let wanted = if ends { 1.0 } else { reached + step };
-            if self.outlook.is_near() && self.around(step.abs()) {
+            let wanted = if ends { 1.0 } else { reached + step.copysign(1.0 - reached) };
+            if reached < 1.0 && self.outlook.is_near() && self.around(step.abs()) {
                 continue;
             }
             let target = self.outlook.target(wanted, 1.0);

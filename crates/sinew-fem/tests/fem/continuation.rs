@@ -290,3 +290,26 @@ fn lines_that_are_none_are_refused_and_ends_are_told() {
     }
     assert!(!failure.to_string().contains("NaN"), "{failure}");
 }
+
+/// A column at its Euler load, where arc length passes the whole load along the straight states.
+#[test]
+fn steps_that_passed_the_end_of_their_line_go_back_to_it() {
+    let body = Scene::new(box_tetrahedra([100.0, 5.0, 5.0], [8, 1, 1]).quadratic(), NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 100.0..=300.0))
+        .parameter(Parameter::log("lambda", "kPa", 10.0..=100.0))
+        .load(Load::Traction { facets: "x_max".into(), value: [-0.3, 0.0, 0.0] })
+        .support(Support::clamped("x_min"))
+        .lower()
+        .unwrap();
+    let mut solver = Solver::new(&body).unwrap();
+    let straight = solver.solve(&[270.0, 50.0], &Options::default()).unwrap();
+    let few = Options { iterations: 40, ..Options::default() };
+    let history = match solver.solve_near(&straight, &[269.9, 50.0], &few) {
+        Err(SolveError::NotConverged(failure)) => failure.history,
+        found => found.unwrap().history,
+    };
+    let loads: Vec<f64> = history.iterations.iter().map(|it| it.load_factor).collect();
+    let passed = loads.iter().position(|load| *load > 1.0).expect("arc length passes the end");
+    let last = loads[passed..].iter().rposition(|load| *load > 1.1).unwrap_or(0);
+    assert!(loads[passed + last] < 1.15, "{loads:?}");
+}
