@@ -6,6 +6,14 @@ pub fn digits(value: f64, digits: usize) -> String {
     number(value, digits, -2..4)
 }
 
+/// A value beside its error, down to the first digit of that, with `least` [`digits`]: `1.00000090×10⁶` beside 0.05.
+pub fn digits_beside(value: f64, error: f64, least: usize) -> String {
+    let place = |value: f64| value.abs().log10().floor();
+    let needed = place(value) - place(error) + 1.0;
+    // A cast saturates at 0.
+    digits(value, least.max(if needed.is_finite() { needed.min(15.0) as usize } else { 0 }))
+}
+
 /// At most `digits` significant digits, without zeros at the end; in powers of ten below 0.001 and from a million.
 pub fn trimmed(value: f64, digits: usize) -> String {
     let text = number(value, digits, -3..6);

@@ -19,6 +19,8 @@ use std::path::Path;
 const NEAR_POINTS: f64 = 0.5;
 /// Largest magnitudes of values whose squares, and those of errors of 1e-16 of them, are numbers.
 const SIZES: RangeInclusive<f64> = 1e-100..=1e100;
+/// Advice about runs that failed.
+const OMIT: &str = "mend it, or leave failed runs out: delete their lines, or begin them with #";
 
 /// Runs with their parameters, whose ranges are those of the runs.
 #[derive(Clone, Debug, PartialEq)]
@@ -237,7 +239,7 @@ impl<'a> Table<'a> {
                 0 => (table.first, table.heads) = (line, cells),
                 count if count == cells.len() => table.rows.push((line, cells)),
                 count => {
-                    let reason = format!("{} values for {count} columns", cells.len());
+                    let reason = format!("{} values for {count} columns; {OMIT}", cells.len());
                     return Err(table.error(line, reason));
                 }
             }
@@ -281,13 +283,17 @@ impl<'a> Table<'a> {
         let value = |(line, cells): &(usize, Vec<String>), column: usize| {
             let (cell, (name, _)) = (&cells[column], self.head(column));
             let value = cell.parse::<f64>().ok().filter(|value| value.is_finite());
-            value.ok_or_else(|| {
-                let what = "is not a finite number; leave failed runs out";
-                self.error(*line, format!("`{cell}` in the column `{name}` {what}"))
-            })
+            let reason = || format!("`{cell}` in the column `{name}` is not a finite number");
+            value.ok_or_else(|| (*line, reason()))
         };
         let row = |row| columns.iter().map(|&column| value(row, column)).collect();
-        self.rows.iter().map(row).collect()
+        let rows: Vec<Result<Vec<f64>, _>> = self.rows.iter().map(row).collect();
+        let also = match rows.iter().filter(|row| row.is_err()).count() {
+            0 | 1 => String::new(),
+            failed => format!(" (and {} more lines have such cells)", failed - 1),
+        };
+        let told = |(line, reason)| self.error(line, format!("{reason}{also}; {OMIT}"));
+        rows.into_iter().collect::<Result<_, _>>().map_err(told)
     }
 
     fn runs(

@@ -1,6 +1,7 @@
 //! θ from the command line and from tables.
 
 use crate::case::{advise, number_and_unit, stress};
+use sinew_emulate::share_of;
 use sinew_energy::{Body, Parameter, Unit, Units, requirement};
 use sinew_report::format::trimmed;
 use std::ops::RangeInclusive;
@@ -343,13 +344,13 @@ pub(crate) fn required(
     }
 }
 
+/// Rounding of a bound that went through a text \[share of its range, on the scale of the parameter\]: no reason to warn.
+const ROUNDING: f64 = 1e-9;
+
 /// Warnings about parameters outside their ranges.
 pub fn outside(parameters: &[Parameter], theta: &[f64]) -> Vec<String> {
     let say = |(parameter, value): (&Parameter, &f64)| {
-        let [low, high] = parameter.range;
-        // Rounding of a bound that went through a text does not call for a warning.
-        let slack = 1e-9 * low.abs().max(high.abs());
-        let inside = (low - slack..=high + slack).contains(value);
+        let inside = (-ROUNDING..=1.0 + ROUNDING).contains(&share_of(parameter, *value));
         (!inside).then(|| {
             let value = said(parameter, *value, 12);
             format!("{} = {value} is outside its range {}", parameter.name, range(parameter))

@@ -83,6 +83,10 @@ fn densities_integrate_to_one_and_peak_where_samples_are() {
 
 #[test]
 fn numbers_and_durations_read_well() {
+    let beside = |value, error| format::digits_beside(value, error, 3);
+    let values = [(1e6 + 0.9, 0.05), (76.7, 0.5), (0.9, 0.0), (0.0, 0.1), (-1e9, 1e-9)];
+    let said = ["1.00000090×10⁶", "76.7", "0.900", "0", "−1.00000000000000×10⁹"];
+    assert_eq!(values.map(|(value, error)| beside(value, error)), said);
     let digits = |value| format::digits(value, 2);
     let numbers = [
         6.5e-3,

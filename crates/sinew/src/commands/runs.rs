@@ -10,7 +10,7 @@ use serde::Deserialize;
 use sinew::calibrate::CalibrateError;
 use sinew::calibration::{SOLVES, remove_results};
 use sinew::output::displacement_in_words;
-use sinew::report::format::digits;
+use sinew::report::format::{digits, digits_beside};
 use sinew::runs::{Measured, Runs, RunsPosterior, write_predictions};
 use sinew::{EmulatorError, Unit, values_in_words};
 use sinew_emulate::{LeftOut, Predicted, RunsEmulator, Terminal};
@@ -183,7 +183,7 @@ impl DataFile {
 fn said(emulator: &RunsEmulator, found: &[Predicted]) -> String {
     let one = |(left, Predicted { values, half_width }): (&LeftOut, &Predicted)| {
         let value = match emulator.mesh {
-            None => digits(values[0], 6),
+            None => digits_beside(values[0], *half_width, 6),
             Some(_) => displacement_in_words(values, &left.unit),
         };
         let unit = Unit::from(left.unit.as_str()).suffix();

@@ -1,7 +1,7 @@
 //! Posterior of the parameters of stored runs, given measured values of their outputs, by the emulator alone.
 
 use crate::case::advise;
-use crate::report::format::digits;
+use crate::report::format::{digits, digits_beside};
 use crate::theta::{heads, values_in_words};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rand::SeedableRng;
@@ -154,8 +154,8 @@ impl RunsPosterior {
         for (place, (datum, unit)) in self.data.iter().zip(&self.units).enumerate() {
             let found = self.outputs.summary(2 * place);
             let sd = found.deviation.hypot(self.errors[place]);
-            let [mean, sd] = [found.mean, sd].map(|value| digits(value, 3));
-            let [value, own] = [datum.value, datum.sd].map(|value| digits(value, 3));
+            let told = |value, sd| [digits_beside(value, sd, 3), digits(sd, 3)];
+            let [[mean, sd], [value, own]] = [told(found.mean, sd), told(datum.value, datum.sd)];
             let (name, unit) = (&datum.output, unit.suffix());
             lines.push(format!("{name}: measured {value} ± {own}{unit}, emulated {mean} ± {sd}"));
         }
@@ -366,7 +366,7 @@ impl<'a> Target<'a> {
             let misfit = ((value - found.value) / sd.hypot(found.deviation)).abs();
             let said = format!(
                 "{output}: {value} is {misfit:.1} standard deviations from {}, the value at the most likely parameters",
-                digits(found.value, 4)
+                digits_beside(found.value, *sd, 4)
             );
             if misfit > OUT_OF_REACH {
                 let at = values_in_words(&self.emulator.parameters, &self.theta(y));

@@ -396,6 +396,12 @@ mod theta {
         assert!(outside(&parameters(), &[1.0 - 1e-12, 4.0, 2.0]).is_empty());
         let said = outside(&parameters(), &[0.5, 4.0, 5.0]);
         assert!(said[0].contains("a = 0.5 kPa") && said[1].contains("p = 5 kPa"), "{said:?}");
+        let wide = [Parameter::log("k", "kPa", 1e-6..=1e3)];
+        let is_told = |value: f64| !outside(&wide, &[value]).is_empty();
+        assert_eq!(
+            [1e-6 * (1.0 - 1e-12), 9e-7, 1e-9, 0.0, -1.0].map(is_told),
+            [false, true, true, true, true]
+        );
     }
 }
 

@@ -258,7 +258,12 @@ fn mistakes_in_a_table_are_told_with_line_and_column() {
         (with(3, "x,1,2"), "--parameters a,b", "runs.csv, line 3: `x` in the column `a`"),
         (with(5, "1,2,NaN"), "--parameters a,b", "line 5: `NaN` in the column `v` is not a finite"),
         (with(4, "1,,2"), "--parameters a,b", "line 4: `` in the column `b`"),
-        (with(4, "1,2"), "--parameters a,b", "line 4: 2 values for 3 columns"),
+        (
+            with(4, "1,2,inf").replace("6,5,25", "6,5,-\n\n7,3,"),
+            "--parameters a,b",
+            "runs.csv, line 4: `inf` in the column `v` is not a finite number (and 2 more lines have such cells); mend it, or leave failed runs out: delete their lines",
+        ),
+        (with(4, "1,2"), "--parameters a,b", "line 4: 2 values for 3 columns; mend it"),
         (with(9, "1,10,3"), "--parameters a,b", "line 2 and line 9 have the same parameters"),
         (constant.replace("v,7", "v,w"), "--parameters a,b", "`w` is 7 in all runs"),
         (good[..6].join("\n"), "--parameters a,b", "5 runs of 2 parameters; give at least 6"),
