@@ -17,8 +17,8 @@ use sinew::{
 use sinew_emulate::{Answers, Counter, Design, simulate_by};
 use sinew_energy::{Fibres, Sampling};
 use sinew_fem::{
-    LoadSteps, Options, Solver, Unload, UnloadOptions, cell_stresses, compare_formulations,
-    held_sets, locking, reactions,
+    LoadSteps, Options, Solver, Unload, UnloadOptions, compare_formulations, held_sets, locking,
+    mixed_stresses, reactions,
 };
 use sinew_mesh::{DISPLACEMENT, Field, to_vtu, with_cells};
 use std::collections::BTreeMap;
@@ -43,7 +43,7 @@ pub(crate) struct NativeCase {
 
 impl NativeCase {
     pub(crate) fn lowered(py: Python<'_>, case: Case) -> Result<Self> {
-        let body = py.detach(|| case.body())?;
+        let body = py.detach(|| case.lowered())?;
         Ok(Self { case, body: Arc::new(body) })
     }
 
@@ -63,6 +63,14 @@ impl NativeCase {
             let _ = case.mesh.report.set(report);
         }
         Self::lowered(py, case)
+    }
+
+    /// Requires a potential energy, which all but solutions rests on.
+    fn potential(&self) -> Result<()> {
+        if !self.body.has_potential() {
+            self.case.body()?;
+        }
+        Ok(())
     }
 
     /// Requires θ that the law has a meaning for.
@@ -250,8 +258,10 @@ impl NativeCase {
         py: Python<'py>,
         theta: Flat,
         displacement: Flat,
+        pressure: Flat,
     ) -> Result<Bound<'py, PyDict>> {
-        let cells = py.detach(|| cell_stresses(&self.body, &displacement.0, &theta.0))?;
+        let cells =
+            py.detach(|| mixed_stresses(&self.body, &displacement.0, &pressure.0, &theta.0))?;
         let array = |field: StressField| {
             let shape = [vec![cells.len()], field.shape()].concat();
             (field.name, Array::new(field.values, shape))
@@ -265,13 +275,15 @@ impl NativeCase {
         py: Python<'_>,
         theta: Flat,
         displacement: Flat,
+        pressure: Flat,
     ) -> Result<Vec<(String, [f64; 3])>> {
-        let forces = py.detach(|| reactions(&self.body, &displacement.0, &[], &theta.0))?;
+        let forces = py.detach(|| reactions(&self.body, &displacement.0, &pressure.0, &theta.0))?;
         Ok(held_sets(&self.body).map(|(name, _)| name.clone()).zip(forces).collect())
     }
 
     /// Derivatives of the equilibrium's displacement by each parameter in its own unit, at one θ.
     fn sensitivity(&self, py: Python<'_>, theta: Rows) -> Result<Array> {
+        self.potential()?;
         self.check(&theta.0)?;
         let found = py.detach(|| {
             let mut solver = Solver::new(&self.body)?;
@@ -289,6 +301,9 @@ impl NativeCase {
         folder: Option<PathBuf>,
         listener: &Bound<'py, PyAny>,
     ) -> Result<Bound<'py, PyDict>> {
+        if folder.is_some() {
+            self.potential()?;
+        }
         self.check(&thetas.0)?;
         let (body, asked) = (self.body.clone(), thetas.0.clone());
         let load_steps = if load_steps { LoadSteps::Always } else { LoadSteps::WhenNeeded };
@@ -329,6 +344,10 @@ impl NativeCase {
         let missing = std::iter::repeat_n(None, thetas.len() - trace.solutions.len());
         let fields: Vec<_> = fields.chain(missing).collect();
         found.set_item("displacement", results::by_nodes(&self.body, fields.into_iter()))?;
+        let pressures = trace.solutions.iter().map(|solution| Some(&solution.pressure));
+        let missing = std::iter::repeat_n(None, thetas.len() - trace.solutions.len());
+        let pressures: Vec<_> = pressures.chain(missing).collect();
+        found.set_item("pressure", results::by_row_or_nan(&pressures))?;
         found.set_item("theta", Array::stacked(&thetas, self.body.parameters.len()))?;
         found.set_item("found", trace.solutions.len())?;
         found.set_item("end", trace.end.map(|end| end_in_words(&self.body, &end)))?;
@@ -359,6 +378,7 @@ impl NativeCase {
         emulator: Option<&NativeEmulator>,
         listener: &Bound<'py, PyAny>,
     ) -> Result<Bound<'py, PyDict>> {
+        self.potential()?;
         self.check(&thetas.0)?;
         let (body, trained) = (self.body.clone(), emulator.map(NativeEmulator::shared));
         let found = relay::run(listener, move |observer| match trained {
@@ -379,6 +399,7 @@ impl NativeCase {
         restart: bool,
         listener: &Bound<'_, PyAny>,
     ) -> Result<NativeEmulator> {
+        self.potential()?;
         let training = training::replaced(self.case.training.clone(), options)?;
         let options = TrainingOptions { folder, resume, restart, ..training.options() };
         NativeEmulator::trained(self.body.clone(), training, options, listener)
@@ -386,6 +407,7 @@ impl NativeCase {
 
     /// An emulator of this body that was stored.
     fn load(&self, py: Python<'_>, folder: PathBuf) -> Result<NativeEmulator> {
+        self.potential()?;
         NativeEmulator::loaded(py, self.body.clone(), &folder)
     }
 
@@ -397,6 +419,7 @@ impl NativeCase {
         keep_fibres: bool,
         listener: &Bound<'py, PyAny>,
     ) -> Result<(Self, Bound<'py, PyDict>)> {
+        self.potential()?;
         self.check(&theta.0)?;
         let (py, body) = (listener.py(), self.body.clone());
         let fibres = if keep_fibres { Fibres::Kept } else { Fibres::Carried };
@@ -416,12 +439,18 @@ impl NativeCase {
     }
 
     /// Writes mesh and displacement of one set as a VTU file, with stresses where θ is given.
-    #[pyo3(signature = (path, displacement, theta=None))]
-    fn write_vtu(&self, path: PathBuf, displacement: Flat, theta: Option<Flat>) -> Result<()> {
+    #[pyo3(signature = (path, displacement, pressure, theta=None))]
+    fn write_vtu(
+        &self,
+        path: PathBuf,
+        displacement: Flat,
+        pressure: Flat,
+        theta: Option<Flat>,
+    ) -> Result<()> {
         let mut mesh = (*self.body.mesh).clone();
         let field = triples(displacement);
         if let Some(Flat(theta)) = theta {
-            let cells = cell_stresses(&self.body, field.as_flattened(), &theta)?;
+            let cells = mixed_stresses(&self.body, field.as_flattened(), &pressure.0, &theta)?;
             add_stresses(&mut mesh, &self.body, &cells);
         }
         mesh.point_fields_mut().insert(DISPLACEMENT.into(), Field::vectors(&field));

@@ -27,6 +27,9 @@ pub(crate) fn solutions<'py>(
     let field = |row: &Result<usize, &str>| row.ok().map(|at| &found.fields[at]);
     let result = PyDict::new(py);
     result.set_item("displacement", by_nodes(body, rows.iter().map(field)))?;
+    let pressure = |row: &Result<usize, &str>| found.pressures.get(row.ok()?);
+    let pressures: Vec<_> = rows.iter().map(pressure).collect();
+    result.set_item("pressure", by_row_or_nan(&pressures))?;
     result.set_item("failures", failures(&rows))?;
     result.set_item("seconds", Array::vector(rows.iter().map(seconds).collect()))?;
     result.set_item("warnings", warnings)?;
@@ -70,6 +73,14 @@ pub(crate) fn by_nodes<'a>(
     let (count, missing) = (rows.len(), vec![f64::NAN; 3 * body.nodes]);
     let fields = rows.flat_map(|field| field.unwrap_or(&missing).clone()).collect();
     Array::new(fields, [count, body.nodes, 3])
+}
+
+/// Numbers by row, NaN where there are none; without a column where no row has any.
+pub(crate) fn by_row_or_nan(rows: &[Option<&Vec<f64>>]) -> Array {
+    let width = rows.iter().flatten().map(|row| row.len()).max().unwrap_or(0);
+    let missing = vec![f64::NAN; width];
+    let all = rows.iter().flat_map(|row| row.unwrap_or(&missing).clone()).collect();
+    Array::new(all, [rows.len(), width])
 }
 
 /// Rows without a result, with the reason.

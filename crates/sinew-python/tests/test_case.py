@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import subprocess
 import warnings
 from pathlib import Path
@@ -198,6 +199,33 @@ def test_solutions_are_those_of_the_program_to_the_bit(bar: Case, tmp_path: Path
     assert np.array_equal(theirs["displacement"], bar.solve(table).displacement)
     assert np.array_equal(theirs["points"], bar.points) and np.array_equal(theirs["cells"], bar.cells)
     assert theirs["parameters"].tolist() == ["mu [kPa]", "lambda [kPa]"]
+
+
+def test_mixed_elements_are_solved_as_by_the_program(tmp_path: Path) -> None:
+    program = os.environ.get("SINEW_PROGRAM")
+    if program is None:
+        pytest.skip("SINEW_PROGRAM names no program sinew to compare with")
+    text = BAR.replace('law = "neo-hookean"', 'law = { name = "neo-hookean-isochoric", bulk_modulus = 1e4 }\nformulation = "mixed"')
+    text = text.replace(", lambda = [8.0, 16.0]", "").replace("cells = [6, 2, 2]", "cells = [4, 1, 1]")
+    case = Case.parse(text)
+    found = case.solve({"mu": [10.0, 12.0]}, progress=False)
+    (tmp_path / "mixed.toml").write_text(text)
+    (tmp_path / "thetas.csv").write_text("mu\n10\n12\n")
+    command = [program, "solve", "mixed.toml", "--theta", "thetas.csv", "--fields", "--out", "out"]
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    theirs = np.load(tmp_path / "out" / "solve" / "cases.npz")
+    assert np.array_equal(theirs["displacement"], found.displacement) and found.pressure.shape[0] == 2
+    one, along = case.solve([12.0], progress=False), case.solve(along={"mu": (10.0, 12.0)}, frames=1, progress=False)
+    for own in (found, pickle.loads(pickle.dumps(found))):
+        assert np.array_equal(theirs["cauchy_stress"][1].ravel(), own.stresses(1)["cauchy_stress"].ravel())
+    # The same equilibrium on other ways, to the tolerance of the solver.
+    for stresses in (one.stresses(), along.stresses(1)):
+        assert np.allclose(stresses["cauchy_stress"], found.stresses(1)["cauchy_stress"], rtol=0.0, atol=1e-3)
+    weight = 9.8e-3 * 1080.0
+    assert np.allclose(one.reactions()["x_min"], [0.0, 0.0, weight], rtol=0.0, atol=1e-4 * weight)
+    for asked in (lambda: case.train("taylor"), lambda: case.answers([12.0]), lambda: case.sensitivity([12.0]), lambda: case.unload([12.0]), lambda: case.solve([12.0], folder=tmp_path / "kept")):
+        with pytest.raises(CaseError, match="mixed elements have no potential"):
+            asked()
 
 
 def test_an_image_is_unloaded_and_loaded_again() -> None:

@@ -282,8 +282,9 @@ class Case:
             row, reason = next(iter(failures.items()))
             warn([f"{len(failures)} of {len(sets.rows)} sets have no equilibrium, the first is set {row}: {reason}"])
         empty: list[list[str]] = [[] for _ in sets.rows]
-        values, displacement, seconds = map(sets.pick, (sets.values, found["displacement"], found["seconds"]))
-        return Solutions(self, values, displacement, empty, failures, seconds)
+        picked = map(sets.pick, (sets.values, found["displacement"], found["seconds"], found["pressure"]))
+        values, displacement, seconds, pressure = picked
+        return Solutions(self, values, displacement, empty, failures, seconds, pressure)
 
     def _along(self, theta: Theta, along: Way, frames: int, progress: ProgressArgument) -> Solutions:
         name, way = _theta.way(along)
@@ -302,7 +303,7 @@ class Case:
         failures = {frame: end for frame in range(found["found"], len(thetas))}
         empty: list[list[str]] = [[] for _ in thetas]
         seconds = np.full(len(thetas), np.nan)
-        return Solutions(self, self._native.shown(thetas), found["displacement"], empty, failures, seconds)
+        return Solutions(self, self._native.shown(thetas), found["displacement"], empty, failures, seconds, found["pressure"])
 
     def check_mesh(self, theta: Theta = None, *, progress: ProgressArgument = None) -> MeshCheck:
         """How far the equilibrium at one θ is from that in quadratic cells: what the case's own cells lose, as by `sinew solve --check-mesh`."""

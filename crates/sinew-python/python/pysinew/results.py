@@ -62,6 +62,10 @@ class Fields:
             raise SolveError(f"set {self._place(index)}: {why}")
         return row
 
+    def _pressure(self, index: int) -> Floats:
+        """Pressures of mixed elements at one set; none without them."""
+        return np.zeros(0)
+
     def _place(self, index: int) -> int:
         """Place of a set, which may be counted from the end."""
         place = operator.index(index)
@@ -97,11 +101,11 @@ class Fields:
     def stresses(self, index: int = 0) -> dict[str, Floats]:
         """Stress and strain of the cells of one set: `cauchy_stress` [kPa] and `green_lagrange_strain` (cells, 3, 3), principal values,
         `volume` [mm³] and `volume_ratio`, and for laws with fibres their direction, stretch and stress [kPa]."""
-        return self.case._native.stresses(self._in_scene(index), self._flat(index))
+        return self.case._native.stresses(self._in_scene(index), self._flat(index), self._pressure(index))
 
     def reactions(self, index: int = 0) -> dict[str, Floats]:
         """Forces of the supports on each node set that they hold [kPa mm² = mN], (3,), of one set."""
-        found = self.case._native.reactions(self._in_scene(index), self._flat(index))
+        found = self.case._native.reactions(self._in_scene(index), self._flat(index), self._pressure(index))
         return {name: np.array(force) for name, force in found}
 
     def _in_scene(self, index: int) -> Floats:
@@ -126,7 +130,7 @@ class Fields:
         if not fspath(path).lower().endswith(".vtu"):
             raise CaseError(f"{fspath(path)}: fields are written as VTU; give a name that ends with .vtu")
         theta = self._in_scene(index) if flag(stresses, "stresses") else None
-        self.case._native.write_vtu(path, self._flat(index), theta)
+        self.case._native.write_vtu(path, self._flat(index), self._pressure(index), theta)
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,10 +140,15 @@ class Solutions(Fields):
     Attributes:
         failures: Why a set has no equilibrium, by its index.
         seconds: Wall time of each solve [s]; NaN where it failed, and along a path.
+        pressure: Pressures of mixed elements at their nodes [kPa], compression negative, (m,) or (n, m); empty without mixed elements.
     """
 
     failures: dict[int, str] = field(default_factory=dict)
     seconds: Floats = field(default_factory=lambda: np.zeros(0))
+    pressure: Floats = field(default_factory=lambda: np.zeros(0))
+
+    def _pressure(self, index: int) -> Floats:
+        return self._of(self.pressure, index) if self.pressure.size else self.pressure.ravel()
 
 
 @dataclass(frozen=True, eq=False)
