@@ -200,4 +200,6 @@ fn estimates_are_counted_by_the_ratios_of_true_errors_to_them() {
     let (found, warnings) = judged(First::AtRest, 4);
     assert_eq!((found.refused, found.inverted, found.within_two), (1, 0, 1.0));
     assert!(matches!(warnings[..], [Warning::RefusedEstimates { refused: 1, .. }]), "{warnings:?}");
+    // Advice for each kind of emulator.
+    assert!(warnings[0].to_string().contains("more anchors (a Taylor expansion)"));
 }
