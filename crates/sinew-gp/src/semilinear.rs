@@ -88,11 +88,11 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         arguments: [Derivative<D>; M],
         term: impl Fn([Series; M]) -> Series + Send + Sync + 'static,
     ) -> Self {
-        Self::with_parameters(problem, arguments, [], move |arguments, []| term(arguments))
+        Self::with_coordinates(problem, arguments, [], move |arguments, [], _| term(arguments))
     }
 
-    /// [`SemiLinear::new`] with unknown parameters inside the term, sought along with those of L. They begin in the middle of
-    /// their bounds.
+    /// [`SemiLinear::new`] with a term that depends on unknown parameters and on the place, too: a reaction g(x) u², or a source that is
+    /// nonlinear in a parameter. The parameters are sought along with those of L, from the middle of their bounds.
     ///
     /// ```
     /// use sinew_gp::{Derivative, Domain, Parameter, Problem, SemiLinear};
@@ -101,28 +101,12 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     /// let domain = Domain::interval("t", [0.0, 5.0])?;
     /// let [dt] = domain.derivatives();
     /// let (rate, capacity) = (Parameter::new("r", [0.1, 10.0])?, Parameter::new("c", [0.5, 50.0])?);
-    /// let growth = SemiLinear::with_parameters(
+    /// let growth = SemiLinear::with_coordinates(
     ///     Problem::new(domain, dt)?,
     ///     [Derivative::identity()],
     ///     [rate, capacity],
-    ///     |[u], [r, c]| -(r * &u * (1.0 - &u / c)),
+    ///     |[u], [r, c], _| -(r * &u * (1.0 - &u / c)),
     /// );
-    /// # Ok::<(), sinew_gp::GpError>(())
-    /// ```
-    pub fn with_parameters<const P: usize>(
-        problem: Problem<D>,
-        arguments: [Derivative<D>; M],
-        parameters: [Parameter; P],
-        term: impl Fn([Series; M], [Series; P]) -> Series + Send + Sync + 'static,
-    ) -> Self {
-        Self::with_coordinates(problem, arguments, parameters, move |u, known, _| term(u, known))
-    }
-
-    /// [`SemiLinear::with_parameters`] with a term that depends on the place, too: a reaction g(x) u², or a source that is
-    /// nonlinear in a parameter.
-    ///
-    /// ```
-    /// use sinew_gp::{Derivative, Domain, Parameter, Problem, SemiLinear};
     ///
     /// // Absorbed light heats a rod: −u″ − exp(−a x) = 0 with an unknown a.
     /// let domain = Domain::interval("x", [0.0, 1.0])?;

@@ -114,8 +114,8 @@ fn growth() -> Result<SemiLinear<1, 1>, GpError> {
     let (rate, capacity) = (Parameter::new("r", [0.1, 10.0])?, Parameter::new("c", [0.5, 20.0])?);
     let start = Condition::Dirichlet(constant(0.25));
     let problem = Problem::new(domain, dt)?.condition("t", Side::Lower, start)?;
-    let term = |[u]: [Series; 1], [r, c]: [Series; 2]| -(r * &u * (1.0 - &u / c));
-    Ok(SemiLinear::with_parameters(problem, [Derivative::identity()], [rate, capacity], term))
+    let term = |[u]: [Series; 1], [r, c]: [Series; 2], _: [f64; 1]| -(r * &u * (1.0 - &u / c));
+    Ok(SemiLinear::with_coordinates(problem, [Derivative::identity()], [rate, capacity], term))
 }
 
 fn measured(noise: Noise) -> Data<1> {
