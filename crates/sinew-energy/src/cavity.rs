@@ -26,7 +26,7 @@ pub struct Cavity {
     /// Connected surfaces of the set.
     pub parts: Vec<CavityPart>,
     /// Sign of the triangles' order: the volume is positive at rest. That of a surface flat at rest grows with a pressure on it.
-    sign: f64,
+    pub sign: f64,
 }
 
 /// Volume of a surface flat at rest [relative to its size squared times the mesh's], by the digits of files.

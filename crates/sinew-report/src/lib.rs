@@ -51,6 +51,6 @@ pub use report::{Block, Provenance, Report, SCHEMA, Section};
 pub use surface::{SurfaceCase, Surfaces};
 pub use table::{Cell, Column, Row, Table, Value, Verdict};
 pub use viewer::{
-    LineSegments, Model, Packed, PackedRows, Quantity, Rows, Slider, Source, Viewer, ViewerCase,
+    LineSegments, Model, Packed, PackedRow, Quantity, Slider, Source, Viewer, ViewerCase,
     ViewerCavity, ViewerEmulator,
 };

@@ -97,10 +97,10 @@ pub enum Source {
 /// Regression `mean + Σ_k c_k mode_k` with `c = φ(x) W`, as `sinew-emulate` defines it (`RegressionParts`).
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Model {
-    /// Mean, `f32`.
+    /// Mean, `f64`.
     pub mean: Packed,
     /// Modes, each as long as the mean.
-    pub modes: Rows,
+    pub modes: Vec<PackedRow>,
     /// Lengths of the kernels.
     pub lengths: Vec<f64>,
     /// Points of the kernels, `f64`, row by row.
@@ -108,7 +108,7 @@ pub struct Model {
     /// Exponents of the monomials.
     pub exponents: Vec<Vec<i32>>,
     /// Weights, for every mode a row of one number per function.
-    pub weights: Rows,
+    pub weights: Vec<PackedRow>,
 }
 
 /// Emulator of a body's surface.
@@ -120,6 +120,8 @@ pub struct ViewerEmulator {
     pub displacement: Model,
     /// Natural logarithms of the mean and of the largest nodal error \[length\].
     pub error: Option<Model>,
+    /// Line about the error that this one leaves out, that of the mesh.
+    pub mesh: String,
     /// Cavities.
     pub cavities: Vec<ViewerCavity>,
     /// Unit of volumes.
@@ -237,65 +239,37 @@ impl Packed {
     }
 }
 
-/// Rows of numbers, each rounded to integers of its own number of bits.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct PackedRows {
-    bits: Vec<u32>,
-    steps: Vec<f64>,
-    bytes: Vec<u8>,
-    /// Bits that no byte is filled with yet, and how many.
-    held: (u64, u32),
-}
-
-impl PackedRows {
-    /// Adds a row, rounded to multiples of about `step` but to at most so many bits, of which one is the sign; its numbers after
-    /// rounding.
-    pub fn push(&mut self, row: &[f64], step: f64, most_bits: u32) -> Vec<f64> {
-        let largest = row.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let needed = (largest / step.max(f64::MIN_POSITIVE)).max(1.0).log2().ceil();
-        let bits = (needed.min(f64::from(most_bits)) as u32 + 1).clamp(2, most_bits);
-        let half = (1u64 << (bits - 1)) - 1;
-        let step = (largest / half as f64).max(f64::MIN_POSITIVE);
-        self.bits.push(bits);
-        self.steps.push(step);
-        let mut rounded = Vec::with_capacity(row.len());
-        for x in row {
-            let integer = (x / step).round();
-            rounded.push(integer * step);
-            self.write((integer + half as f64) as u64, bits);
-        }
-        rounded
-    }
-
-    /// Appends an integer, its lowest bit first.
-    fn write(&mut self, integer: u64, bits: u32) {
-        let (mut held, mut count) = self.held;
-        held |= integer << count;
-        count += bits;
-        while count >= 8 {
-            self.bytes.push(held as u8);
-            held >>= 8;
-            count -= 8;
-        }
-        self.held = (held, count);
-    }
-
-    /// Form on a page: bits and steps row by row, and all integers one after the other, each raised by its largest.
-    pub fn packed(&self) -> Rows {
-        let last = (self.held.1 > 0).then_some(self.held.0 as u8);
-        let bytes: Vec<u8> = self.bytes.iter().copied().chain(last).collect();
-        Rows {
-            bits: self.bits.clone(),
-            steps: Packed::f64(self.steps.iter().copied()),
-            integers: Packed(STANDARD.encode(bytes)),
-        }
-    }
-}
-
-/// Rows of numbers as text, of a [`PackedRows`].
+/// Numbers rounded to multiples of a step: integers of as many bytes as they need, the lowest byte first, each raised by the largest one.
+///
+/// ```
+/// let row = sinew_report::PackedRow::new(&[0.5, -1.0], 0.1, 4);
+/// assert!(row.values(2).iter().zip([0.5, -1.0]).all(|(rounded, x)| (rounded - x).abs() <= 0.05));
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Rows {
-    bits: Vec<u32>,
-    steps: Packed,
+pub struct PackedRow {
+    step: f64,
     integers: Packed,
+}
+
+impl PackedRow {
+    /// Rounds numbers to multiples of about `step`, with at most so many bytes for each.
+    pub fn new(row: &[f64], step: f64, most_bytes: usize) -> Self {
+        let largest = row.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let half = |bytes: usize| 0.5 * 256f64.powi(bytes as i32) - 1.0;
+        let enough = |bytes: &usize| half(*bytes) * step >= largest;
+        let bytes = (1..most_bytes).find(enough).unwrap_or(most_bytes);
+        let step = (largest / half(bytes)).max(f64::MIN_POSITIVE);
+        let integers = row.iter().map(|x| ((x / step).round() + half(bytes)) as u64);
+        let all: Vec<u8> = integers.flat_map(|x| x.to_le_bytes().into_iter().take(bytes)).collect();
+        Self { step, integers: Packed(STANDARD.encode(all)) }
+    }
+
+    /// So many numbers after rounding, as a page reads them.
+    pub fn values(&self, count: usize) -> Vec<f64> {
+        let all = STANDARD.decode(&self.integers.0).unwrap_or_default();
+        let bytes = all.len() / count.max(1);
+        let half = 0.5 * 256f64.powi(bytes as i32) - 1.0;
+        let whole = |x: &[u8]| x.iter().rev().fold(0.0, |sum, byte| 256.0 * sum + f64::from(*byte));
+        all.chunks(bytes.max(1)).map(|x| (whole(x) - half) * self.step).collect()
+    }
 }

@@ -88,6 +88,11 @@ impl PatientFile {
         Ok(table.to_string())
     }
 
+    /// Whether the file has data.
+    pub fn has_data(&self) -> bool {
+        !self.tables.data.is_empty()
+    }
+
     /// Settings of the calibration.
     pub fn options(&self) -> sinew_calibrate::CalibrateOptions {
         self.tables.calibration.options()

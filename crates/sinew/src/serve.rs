@@ -1,9 +1,11 @@
 //! A body for samplers and other programs: the requests of UM-Bridge 1.0 and their answers.
 
+mod measured;
 mod quantities;
 
-use crate::Emulator;
 use crate::viewer::{Surface, viewer};
+use crate::{Emulator, patient::Prepared};
+use measured::Measured;
 use quantities::Quantities;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -16,8 +18,8 @@ use std::sync::OnceLock;
 /// Models of one body for the protocol of UM-Bridge 1.0 (Seelinger et al., "UM-Bridge: Uncertainty quantification and modeling
 /// bridge", J. Open Source Software, 2023).
 ///
-/// The input of each is θ in the parameters' own units. The output is one vector, [`Service::outputs`]. `solver` finds the
-/// equilibrium, `emulator` predicts, and `corrected` takes one Newton step from the prediction: a hierarchy for multilevel samplers.
+/// Input and output of each are one vector, [`Service::heads`]. `solver` finds the equilibrium at θ, `emulator` predicts, and `corrected`
+/// takes one Newton step from the prediction: a hierarchy for multilevel samplers. `patient` gives what a patient file measures.
 ///
 /// ```
 /// use sinew::{Case, serve::Service};
@@ -44,6 +46,7 @@ pub struct Service<'b> {
     body: &'b Body,
     emulator: Option<Emulator<'b>>,
     page: Option<Page>,
+    patient: Option<Measured<'b>>,
     solvers: SolverPool<'b>,
 }
 
@@ -75,16 +78,18 @@ enum Model {
     Emulator,
     Corrected,
     Solver,
+    Patient,
 }
 
 impl Model {
-    const ALL: [Self; 3] = [Self::Emulator, Self::Corrected, Self::Solver];
+    const ALL: [Self; 4] = [Self::Emulator, Self::Corrected, Self::Solver, Self::Patient];
 
     fn name(self) -> &'static str {
         match self {
             Self::Emulator => "emulator",
             Self::Corrected => "corrected",
             Self::Solver => "solver",
+            Self::Patient => "patient",
         }
     }
 }
@@ -110,6 +115,48 @@ struct Config {
     extrapolate: bool,
 }
 
+impl Request {
+    /// Weights of the outputs or a direction of the input, for requests of derivatives; empty for others.
+    fn weights(&self, path: &str, [inputs, outputs]: [usize; 2]) -> Result<Vec<f64>, Response> {
+        let (name, given, expected) = match path {
+            "/Gradient" => ("sens", &self.sens, outputs),
+            "/ApplyJacobian" => ("vec", &self.vec, inputs),
+            _ => return Ok(Vec::new()),
+        };
+        for (name, index) in [("outWrt", self.out_wrt), ("inWrt", self.in_wrt)] {
+            if index != Some(0) {
+                let given = index.map_or("missing".into(), |index| index.to_string());
+                return refuse(format!(
+                    "{name} is {given}; there is one input and one output, so give 0"
+                ));
+            }
+        }
+        match given {
+            Some(values) if values.len() == expected => Ok(values.clone()),
+            given => {
+                let found = given.as_ref().map_or(0, Vec::len);
+                refuse(format!("{name} has {found} entries; give {expected}"))
+            }
+        }
+    }
+}
+
+/// The one vector of an input, with an entry for each head.
+fn input(heads: &[String], input: Option<&[Vec<f64>]>) -> Result<Vec<f64>, Response> {
+    let (names, expected) = (heads.join(", "), heads.len());
+    match input {
+        Some([values]) if values.len() == expected => Ok(values.clone()),
+        Some([values]) => {
+            let found = values.len();
+            refuse(format!("the input has {found} entries; give {expected}: {names}"))
+        }
+        input => {
+            let found = input.map_or(0, <[_]>::len);
+            refuse(format!("the input has {found} vectors; give one: {names}"))
+        }
+    }
+}
+
 /// Requests about a model.
 const REQUESTS: [&str; 6] =
     ["/ModelInfo", "/InputSizes", "/OutputSizes", "/Evaluate", "/Gradient", "/ApplyJacobian"];
@@ -128,7 +175,7 @@ impl<E: Into<EmulatorError>> From<E> for Response {
 impl<'b> Service<'b> {
     /// Service for a body, with the emulator that `emulator` and `corrected` use; `solver` alone without one.
     pub fn new(body: &'b Body, emulator: Option<Emulator<'b>>) -> Self {
-        Self { body, emulator, page: None, solvers: SolverPool::new(body) }
+        Self { body, emulator, page: None, patient: None, solvers: SolverPool::new(body) }
     }
 
     /// Gives the emulator's page at `/` too, as [`crate::viewer()`] makes it at the first request. It shows the solver's displacement where the
@@ -143,16 +190,31 @@ impl<'b> Service<'b> {
         self.page.is_some()
     }
 
+    /// Adds the model `patient`: the data of a patient file as functions of its unknown parameters, through the unloaded body and all phases.
+    ///
+    /// # Errors
+    /// As for [`Prepared::patient`].
+    pub fn with_patient(self, prepared: &'b Prepared) -> Result<Self, String> {
+        Ok(Self { patient: Some(Measured::of(prepared)?), ..self })
+    }
+
     /// Names of the models.
     pub fn models(&self) -> Vec<&'static str> {
-        let there = |model: &Model| self.emulator.is_some() || *model == Model::Solver;
+        let there = |model: &Model| match model {
+            Model::Solver => true,
+            Model::Patient => self.patient.is_some(),
+            _ => self.emulator.is_some(),
+        };
         Model::ALL.into_iter().filter(there).map(Model::name).collect()
     }
 
-    /// Names of the entries of the output with their units: volumes of cavities \[length³\], then mean and largest nodal displacement
-    /// \[length\].
-    pub fn outputs(&self) -> Vec<String> {
-        Quantities(self.body).names()
+    /// Names of the entries of the input and of the output of a model, with their units. Outputs are the data of a patient file; of other models
+    /// the volumes of cavities \[length³\], then mean and largest nodal displacement \[length\].
+    pub fn heads(&self, model: &str) -> [Vec<String>; 2] {
+        match &self.patient {
+            Some(patient) if model == Model::Patient.name() => patient.heads(),
+            _ => [crate::heads(&self.body.parameters), Quantities(self.body).names()],
+        }
     }
 
     /// Answer to a request; never a panic, whatever it holds.
@@ -196,67 +258,50 @@ impl<'b> Service<'b> {
             "/ModelInfo" => Ok(json!({ "support": {
                 "Evaluate": true, "Gradient": true, "ApplyJacobian": true, "ApplyHessian": false
             } })),
-            "/InputSizes" => Ok(json!({ "inputSizes": [self.body.parameters.len()] })),
-            "/OutputSizes" => Ok(json!({ "outputSizes": [self.outputs().len()] })),
+            "/InputSizes" => Ok(json!({ "inputSizes": [self.heads(model.name())[0].len()] })),
+            "/OutputSizes" => Ok(json!({ "outputSizes": [self.heads(model.name())[1].len()] })),
             _ => self.computed(path, model, &request),
         }
     }
 
     fn computed(&self, path: &str, model: Model, request: &Request) -> Result<Value, Response> {
-        let theta = self.theta(request.input.as_deref())?;
+        let heads = self.heads(model.name());
+        let values = input(&heads[0], request.input.as_deref())?;
+        let by = request.weights(path, heads.map(|heads| heads.len()))?;
+        let output = match &self.patient {
+            Some(patient) if model == Model::Patient => patient.answer(path, &values, &by)?,
+            _ => self.of_body(path, model, &values, &by, request)?,
+        };
+        let output = finite(output)?;
+        Ok(match path {
+            "/Surface" => json!({ "displacement": output }),
+            "/Evaluate" => json!({ "output": [output] }),
+            _ => json!({ "output": output }),
+        })
+    }
+
+    fn of_body(
+        &self,
+        path: &str,
+        model: Model,
+        values: &[f64],
+        by: &[f64],
+        request: &Request,
+    ) -> Result<Vec<f64>, Response> {
+        let parameters = self.body.parameters.iter().zip(values);
+        let theta: Vec<f64> = parameters.map(|(p, &value)| p.unit.in_scene(value)).collect();
+        crate::admissible(self.body, &theta).or_else(refuse)?;
         let extrapolate = request.config.as_ref().is_some_and(|config| config.extrapolate);
         if model != Model::Solver && !extrapolate {
             self.within_ranges(model, &theta)?;
         }
-        if path == "/Evaluate" {
-            let output = Quantities(self.body).of(&self.displacement(model, &theta)?);
-            return Ok(json!({ "output": [finite(output)?] }));
-        }
-        if let (Some(page), "/Surface") = (&self.page, path) {
-            let shown = page.surface.of_field(&self.displacement(model, &theta)?);
-            return Ok(json!({ "displacement": finite(shown)? }));
-        }
-        for (name, index) in [("outWrt", request.out_wrt), ("inWrt", request.in_wrt)] {
-            if index != Some(0) {
-                let given = index.map_or("missing".into(), |index| index.to_string());
-                return refuse(format!(
-                    "{name} is {given}; there is one input and one output, so give 0"
-                ));
+        match (path, &self.page) {
+            ("/Surface", Some(page)) => {
+                Ok(page.surface.of_field(&self.displacement(model, &theta)?))
             }
-        }
-        let vector = |name: &str, given: &Option<Vec<f64>>, expected: usize| match given {
-            Some(values) if values.len() == expected => Ok(values.clone()),
-            given => {
-                let found = given.as_ref().map_or(0, Vec::len);
-                refuse(format!("{name} has {found} entries; give {expected}"))
-            }
-        };
-        let output = match path {
-            "/Gradient" => {
-                self.gradient(model, &theta, &vector("sens", &request.sens, self.outputs().len())?)?
-            }
-            _ => self.along(model, &theta, &vector("vec", &request.vec, theta.len())?)?,
-        };
-        Ok(json!({ "output": finite(output)? }))
-    }
-
-    /// θ in the units of the scene, of values that its law has a meaning for.
-    fn theta(&self, input: Option<&[Vec<f64>]>) -> Result<Vec<f64>, Response> {
-        let parameters = &self.body.parameters;
-        let names = || crate::heads(parameters).join(", ");
-        let Some([values]) = input else {
-            let found = input.map_or(0, <[_]>::len);
-            return refuse(format!("the input has {found} vectors; give one: {}", names()));
-        };
-        if values.len() != parameters.len() {
-            let (found, expected) = (values.len(), parameters.len());
-            return refuse(format!("the input has {found} entries; give {expected}: {}", names()));
-        }
-        let theta: Vec<f64> =
-            parameters.iter().zip(values).map(|(p, &value)| p.unit.in_scene(value)).collect();
-        match crate::admissible(self.body, &theta) {
-            Ok(()) => Ok(theta),
-            Err(reason) => refuse(reason),
+            ("/Evaluate", _) => Ok(Quantities(self.body).of(&self.displacement(model, &theta)?)),
+            ("/Gradient", _) => self.gradient(model, &theta, by),
+            _ => self.along(model, &theta, by),
         }
     }
 
@@ -296,9 +341,7 @@ impl<'b> Service<'b> {
                 let solution = solver.solve(theta, &Options::default())?;
                 Ok(solver.sensitivity(&solution)?)
             }),
-            Model::Corrected => {
-                central_differences(self.body, theta, |theta| self.displacement(model, &theta))
-            }
+            _ => central_differences(self.body, theta, |theta| self.displacement(model, &theta)),
         }
     }
 

@@ -9,28 +9,23 @@
   const valueAt = ({ range: [a, b], logarithmic }, share) => (logarithmic ? a * (b / a) ** share : a + (b - a) * share);
   /** The share at a value that is typed in the parameter's own unit: at the end of the range where it is outside; NaN where it is no number. */
   const shareTyped = (p, typed) => clamp(shareOf(p, clamp(typed * p.size, ...p.range)));
-  /** Rows of numbers, each of integers of its own number of bits, the lowest first. */
-  const unpack = ({ bits, steps, integers }, size, Type) => {
-    const [bytes, step, values] = [array(Uint8Array, integers), array(Float64Array, steps), new Type(bits.length * size)];
-    let [at, held, count] = [0, 0, 0];
-    for (let i = 0; i < values.length; i++) {
-      const row = Math.floor(i / size);
-      for (; count < bits[row]; count += 8) held += bytes[at++] * 2 ** count;
-      const whole = 2 ** bits[row];
-      [values[i], held, count] = [((held % whole) - (whole / 2 - 1)) * step[row], Math.floor(held / whole), count - bits[row]];
-    }
-    return values;
+  /** A row of numbers: integers of a few bytes each, the lowest byte first, raised by the largest one. */
+  const unpack = ({ step, integers }, size) => {
+    const bytes = array(Uint8Array, integers), each = bytes.length / size, half = 256 ** each / 2 - 1;
+    const values = new Float64Array(size).fill(-half);
+    bytes.forEach((byte, i) => (values[Math.floor(i / each)] += byte * 256 ** (i % each)));
+    return values.map((x) => x * step);
   };
   /** A function of the shares of θ that gives mean + Σ modes · (φ W); for all values, or for the three of some nodes. */
   const regression = (source) => {
     const { lengths, exponents } = source;
-    const [mean, points, inputs] = [array(Float32Array, source.mean), array(Float64Array, source.points), Math.max(lengths.length, 1)];
-    const [size, count, kernels] = [mean.length, source.modes.bits.length, points.length / inputs];
+    const [mean, points, inputs] = [array(Float64Array, source.mean), array(Float64Array, source.points), Math.max(lengths.length, 1)];
+    const [size, count, kernels] = [mean.length, source.modes.length, points.length / inputs];
     const functions = kernels + exponents.length;
-    const [weights, phi] = [unpack(source.weights, functions, Float64Array), new Float64Array(functions)];
+    const [weights, phi] = [source.weights.map((row) => unpack(row, functions)), new Float64Array(functions)];
     // Four modes in one sweep over the values, for which there are zeros at the end.
-    const [modes, coefficients, values] = [new Float32Array((count + 3) * size), new Float64Array(count + 3), new Float64Array(size)];
-    modes.set(unpack(source.modes, size, Float32Array));
+    const [modes, coefficients, values] = [new Float64Array((count + 3) * size), new Float64Array(count + 3), new Float64Array(size)];
+    source.modes.forEach((row, k) => modes.set(unpack(row, size), k * size));
     const add = (from, to) => {
       for (let i = from; i < to; i++) values[i] = mean[i];
       for (let k = 0, at = 0; k < count; k += 4, at += 4 * size) {
@@ -45,8 +40,7 @@
         const square = b < kernels && x.reduce((sum, of, d) => sum + ((of - points[b * inputs + d]) / lengths[d]) ** 2, 0);
         phi[b] = b < kernels ? Math.exp(-0.5 * square) : exponents[b - kernels].reduce((v, e, d) => v * x[d] ** e, 1);
       }
-      coefficients.fill(0);
-      for (let k = 0, w = 0; k < count; k++) for (let b = 0; b < functions; b++, w++) coefficients[k] += phi[b] * weights[w];
+      weights.forEach((row, k) => (coefficients[k] = row.reduce((sum, weight, b) => sum + phi[b] * weight, 0)));
       nodes ? nodes.forEach((node) => add(3 * node, 3 * node + 3)) : add(0, size);
       return values;
     };
@@ -67,21 +61,20 @@
         ends.forEach(([a, b]) => add(a, b, apex));
       }
     }
-    return Math.abs(volume);
+    return volume;
   };
   const plus = (a, b, times = 1) => a.map((x, i) => x + times * b[i]);
   const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
   const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   const unit = (a) => a.map((x) => x / (Math.hypot(...a) || 1));
-  globalThis.sinewViewer = { array, regression, shareOf, shareTyped, valueAt, volumeOf, views: [] };
-  if (typeof document === "undefined") return;
   // Words and elements.
   const digits = (x, count = 3) => {
     if (x === 0 || !isFinite(x)) return x === 0 ? "0" : "–";
     const size = Math.floor(Math.log10(Math.abs(x)));
-    return size < -3 || size > 5 ? x.toExponential(Math.max(count - 2, 0)) : String(+x.toFixed(clamp(count - 1 - size, 0, 6)));
+    return size < -3 || size > 5 ? x.toExponential(count - 1) : String(+x.toFixed(clamp(count - 1 - size, 0, 6)));
   };
   const unitOf = (name) => (name === "1" ? "" : ` ${name}`), head = (name, of) => (of === "1" ? name : `${name} [${of}]`);
+  const plain = (text) => text.replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
   const make = (tag, properties = {}, ...children) => {
     const element = Object.assign(document.createElement(tag), properties);
     for (const [name, value] of [["role", properties.role], ["aria-label", properties.label]]) if (value) element.setAttribute(name, value);
@@ -204,8 +197,8 @@
     return { sharp, corners: Array.from(triangles, (node, c) => fans.get(node).filter((face) => smooth(face, Math.floor(c / 3)))) };
   };
   /** A chart of curves over two axes with a point, in the colours of the page. */
-  const chart = (axes, [left, right], [bottom, top], curves, at) => {
-    const [width, height, x0, y0] = [360, 210, 46, 172];
+  const chart = (names, [left, right], [bottom, top], curves, at) => {
+    const [width, height, x0, y0] = [360, 210, 46, 172], axes = names.map((name) => plain(name.length > 28 ? `${name.slice(0, 26)}…` : name));
     const x = (v) => x0 + ((v - left) / (right - left || 1)) * (width - x0 - 12);
     const y = (v) => y0 - ((v - bottom) / (top - bottom || 1)) * (y0 - 14);
     const ticks = (low, high) => {
@@ -223,6 +216,8 @@
       ${curves.map(([name, points]) => `<path class="${name}" d="${path(points)}"/>`).join("")}<circle cx="${x(at[0])}" cy="${y(at[1])}" r="5"/>
       ${text(`x="${across}" y="${height - 4}"`, "middle", axes[0])}${text(`transform="rotate(-90 11 ${down})" x="11" y="${down + 4}"`, "middle", axes[1])}</svg>`;
   };
+  globalThis.sinewViewer = { array, chart, regression, shareOf, shareTyped, valueAt, volumeOf, views: [] };
+  if (typeof document === "undefined") return;
   const START = { yaw: -1.05, pitch: 0.32, zoom: 1, shift: [0, 0] };
   /** Tangent of half of the field of view, points of a curve, and milliseconds of a beat over 2π. */
   const [FIELD, CURVE, BEAT] = [Math.tan(0.245), 17, 640];
@@ -245,7 +240,7 @@
     panel.append(make("p", { className: "keys", textContent: "Drag to turn, wheel or pinch to zoom, shift or two fingers to move. Keys on the " +
       `body: arrows turn, + and − zoom, 0 begins again, ${emulator ? "space plays, F fibres, C colours, " : ""}E edges, R rest.` }));
     root.append(make("div", { className: "stage" }, canvas, tools, legend), panel);
-    const paint = painter(canvas); if (!paint) return void (legend.textContent = "This browser has no WebGL2, which the body is drawn with.");
+    let paint = painter(canvas); if (!paint) return void (legend.textContent = "This browser has no WebGL2, which the body is drawn with.");
     // State.
     const state = { shares: parameters.map(() => 0.5), active: pressure, quantity: 0, chosen: 0, playing: 0, cut: 0, normal: [1, 0, 0],
       fibres: !!strokes, edges: false, rest: true, camera: structuredClone(START), stale: true, mean: 0, largest: 0, error: null };
@@ -350,7 +345,7 @@
         ...cavities.map((cavity) => reading(cavity.about, volume(cavity), emulator.volume)));
       const [mean, most, share] = [...(state.error ?? []), (100 * state.error?.[0]) / state.mean].map((e) => digits(e, 2));
       const error = `estimated error ${mean} ${data.length} in the mean (${share} %), ${most} ${data.length} at most`;
-      const told = [state.error ? error : "no estimated error", state.solved?.words].filter(Boolean);
+      const told = [state.error ? error : "no estimated error", emulator.mesh, state.solved?.words].filter(Boolean);
       readings.append(...told.map((textContent) => make("p", { className: "error", textContent })));
       drawCharts();
     };
@@ -397,7 +392,12 @@
       const slider = make("input", { type: "range", min: 0, max: 1, step: 0.005, label: about });
       const number = make("input", { type: "number", min: low, max: high, step: "any", label: `${about} as a number` });
       slider.addEventListener("input", () => { stop(); setShare(index, +slider.value); });
-      number.addEventListener("change", () => { stop(); const share = shareTyped(p, number.valueAsNumber); setShare(index, share >= 0 ? share : state.shares[index]); });
+      number.addEventListener("change", () => {
+        const typed = number.valueAsNumber, share = shareTyped(p, typed);
+        stop(); setShare(index, share >= 0 ? share : state.shares[index]);
+        // All digits of a value within the range, which the body is at.
+        if (typed === clamp(typed, low, high)) number.value = typed;
+      });
       rows.append(make("label", {}, make("span", { textContent: p.name, title: `${about}, ${digits(low)} to ${digits(high)}` }), slider, number, make("small", { textContent: unitOf(p.unit) })));
       return { slider, number };
     });
@@ -475,7 +475,8 @@
       else turn(0.008 * dx, 0.008 * dy);
       pointers.set(event.pointerId, now); refresh();
     });
-    on("contextmenu", (event) => event.preventDefault());
+    ["contextmenu", "webglcontextlost"].forEach((name) => on(name, (event) => event.preventDefault()));
+    on("webglcontextrestored", () => { paint = painter(canvas); paint.outline.fill({ from, to }); choose(state.quantity); });
     // On a page with other things the wheel scrolls until the body is clicked.
     on("wheel", (event) => { if (!dark && document.activeElement !== canvas) return; event.preventDefault(); zoom(Math.exp(0.0012 * event.deltaY)); refresh(); }, { passive: false });
     const keys = { ArrowLeft: () => turn(0.12, 0), ArrowRight: () => turn(-0.12, 0), ArrowUp: () => turn(0, -0.12), ArrowDown: () => turn(0, 0.12),

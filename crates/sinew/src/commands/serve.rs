@@ -7,6 +7,7 @@ use super::{CaseArguments, Usage, chosen, refuse, trained};
 use anyhow::Result;
 use clap::Args;
 use http::Connection;
+use sinew::PatientFile;
 use sinew::serve::{Response, Service};
 use std::io::{self, ErrorKind};
 use std::net::{IpAddr, TcpListener, ToSocketAddrs};
@@ -57,17 +58,22 @@ fn address(text: &str) -> Result<IpAddr, String> {
 impl Serve {
     pub(crate) fn run(&self) -> Result<()> {
         let (case, body, folder) = self.case.open()?;
+        let file = PatientFile::of(case)?;
+        let prepared = file.has_data().then(|| file.prepare()).transpose()?;
         let emulator = match (&self.emulator, trained(&folder)) {
             (None, Err(none)) if none.is::<Usage>() => {
                 eprintln!("{none}; the solver alone is served");
                 None
             }
             _ => {
-                let (_, path) = chosen(self.emulator.as_deref(), &case, &folder)?;
+                let (_, path) = chosen(self.emulator.as_deref(), &file.case, &folder)?;
                 Some(sinew::load(&path, &body)?)
             }
         };
         let mut service = Service::new(&body, emulator);
+        if let Some(prepared) = &prepared {
+            service = service.with_patient(prepared).map_err(Usage)?;
+        }
         // The page is for this machine alone.
         if self.bind.is_loopback() {
             service = service.with_page(sinew::PAGE_SEED);
@@ -76,8 +82,11 @@ impl Serve {
         let listener = listener.or_else(|error| refuse(self.not_bound(&error)))?;
         let address = listener.local_addr()?;
         println!("models: {}", service.models().join(", "));
-        println!("input: {}", sinew::heads(&body.parameters).join(", "));
-        println!("output: {}", service.outputs().join(", "));
+        let of_patient = prepared.as_ref().map(|_| ("patient", " of patient"));
+        for (model, of) in [("solver", "")].into_iter().chain(of_patient) {
+            let [input, output] = service.heads(model).map(|heads| heads.join(", "));
+            println!("input{of}: {input}\noutput{of}: {output}");
+        }
         if service.has_page() {
             println!("page: http://{address}/, made when it is opened first");
         }

@@ -22,8 +22,8 @@ const COLOURED: [f64; 2] = [0.005, 0.995];
 /// Predictions without an inverted cell that a regression needs.
 const LEAST: usize = 50;
 
-/// Fibre stretch and stress, or the largest principal ones of an isotropic law, each with the mean relative distance of its regression from
-/// values of the predictions; nothing where most predictions invert cells.
+/// Fibre stretch and stress, or the largest principal ones of an isotropic law, each with the distance of its regression from values of the predictions
+/// relative to their root mean square; nothing where most predictions invert cells.
 pub(super) fn colours(
     body: &Body,
     surface: &Surface,
@@ -62,7 +62,7 @@ pub(super) fn colours(
         let all = truth.concat();
         let scale = COLOURED.map(|share| quantile(&all, share));
         let truth = Sampled { thetas: checked.thetas.clone(), fields: truth };
-        let error = relative(&compact, &truth, Clone::clone)?;
+        let [_, error] = relative(&compact, &truth, Clone::clone)?;
         let quantity = Quantity {
             name: name.into(),
             unit: unit.into(),

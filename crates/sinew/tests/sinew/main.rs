@@ -15,6 +15,7 @@ mod images;
 mod keys;
 mod land;
 mod locking;
+#[cfg(feature = "networks")]
 mod networks;
 mod newcomer;
 mod organs;

@@ -33,25 +33,16 @@ pub(crate) fn indices(text: &Value) -> Vec<usize> {
     bytes(text).as_chunks().0.iter().map(|x| u32::from_le_bytes(*x) as usize).collect()
 }
 
-/// Bits of the integers of each row.
-pub(crate) fn bits(rows: &Value) -> Vec<usize> {
-    serde_json::from_value(rows["bits"].clone()).unwrap()
-}
-
-/// Rows of so many numbers, of integers with the lowest bit first.
+/// Rows of so many numbers, of integers with the lowest byte first.
 fn unpacked(rows: &Value, size: usize) -> Vec<Vec<f64>> {
-    let (steps, bytes) = (doubles(&rows["steps"]), bytes(&rows["integers"]));
-    let mut at = 0;
-    let mut integer = |bits: usize| -> u64 {
-        at += bits;
-        let all = (at - bits..at).rev();
-        all.fold(0, |sum, bit| 2 * sum + u64::from(bytes[bit / 8] >> (bit % 8) & 1))
+    let row = |row: &Value| -> Vec<f64> {
+        let (step, bytes) = (row["step"].as_f64().unwrap(), bytes(&row["integers"]));
+        let each = bytes.len() / size;
+        let zero = (1u64 << (8 * each - 1)) - 1;
+        let whole = |x: &[u8]| x.iter().rev().fold(0, |sum, byte| 256 * sum + u64::from(*byte));
+        bytes.chunks(each).map(|x| (whole(x) as f64 - zero as f64) * step).collect()
     };
-    let row = |(bits, step): (usize, f64)| -> Vec<f64> {
-        let zero = (1u64 << (bits - 1)) - 1;
-        (0..size).map(|_| (integer(bits) as f64 - zero as f64) * step).collect()
-    };
-    bits(rows).into_iter().zip(steps).map(row).collect()
+    rows.as_array().unwrap().iter().map(row).collect()
 }
 
 /// A regression as a page has it.
@@ -68,10 +59,9 @@ impl Regressed {
     pub(crate) fn read(model: &Value) -> Self {
         let lengths: Vec<f64> = serde_json::from_value(model["lengths"].clone()).unwrap();
         let exponents: Vec<Vec<i32>> = serde_json::from_value(model["exponents"].clone()).unwrap();
-        let (mean, points) = (singles(&model["mean"]), doubles(&model["points"]));
+        let (mean, points) = (doubles(&model["mean"]), doubles(&model["points"]));
         let functions = points.len() / lengths.len().max(1) + exponents.len();
-        let mut modes = unpacked(&model["modes"], mean.len());
-        modes.iter_mut().flatten().for_each(|entry| *entry = f64::from(*entry as f32));
+        let modes = unpacked(&model["modes"], mean.len());
         let weights = unpacked(&model["weights"], functions);
         Self { mean, modes, lengths, points, exponents, weights }
     }

@@ -3,7 +3,8 @@
 use serde_json::{Value, json};
 use sinew::recipe::Regression;
 use sinew::serve::Service;
-use sinew::{Body, Case, Emulator, Options, Solver, Train, TrainingOptions};
+use sinew::{Body, Case, Emulator, Options, PatientFile, Solver, Train, TrainingOptions};
+use sinew_calibrate::Forward;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
@@ -197,6 +198,54 @@ fn the_page_is_given_the_displacement_of_its_nodes() {
     assert_eq!(shown.len(), 3 * nodes.len());
     // Decimals of JSON, of displacements of some millimetres.
     assert!(shown.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12));
+}
+
+#[test]
+fn a_patient_s_data_are_those_of_a_calibration() {
+    let [x, y, z] = body().positions[3];
+    let data = format!(
+        "[phases]\nimage = {{ p = \"2 mmHg\" }}\nlate = {{ p = \"5 mmHg\" }}\n
+        [[data]]\nvolume = \"endo\"\nphase = \"late\"\nvalue = 70.0\nunit = \"mL\"\nsd = \"3 %\"\n
+        [[data]]\ndisplacement = [0.0, 0.0, 1.0]\npoint = [{x}, {y}, {z}]\nphase = \"late\"\nvalue = -0.1\nunit = \"mm\"\nsd = 0.1\n"
+    );
+    let prepared =
+        PatientFile::parse(&(CASE.to_owned() + &data), "p.toml").unwrap().prepare().unwrap();
+    let service = Service::new(&prepared.body, None).with_patient(&prepared).unwrap();
+    assert_eq!(service.models(), ["solver", "patient"]);
+    let [input, output] = service.heads("patient");
+    assert_eq!(
+        (input, output[1].as_str()),
+        (vec!["mu [kPa]".into()], "volume of endo at late [mL]")
+    );
+    let seen = prepared.patient().unwrap().observe(&[11.0], false).unwrap().values;
+    let values = evaluated(&service, "patient", &[11.0]);
+    // Data stand in the order of their names.
+    assert_eq!(values, [seen[1], seen[0] / 1e3]);
+    let ask = |path: &str, name: &str, vector: Value| {
+        let request =
+            json!({ "name": "patient", "input": [[11.0]], "outWrt": 0, "inWrt": 0, name: vector });
+        let (status, found) = asked(&service, path, &request);
+        assert_eq!(status, 200, "{found}");
+        numbers(&found["output"])
+    };
+    let [above, below] =
+        [1.0, -1.0].map(|sign| evaluated(&service, "patient", &[11.0 + 0.01 * sign]));
+    let rates = ask("/ApplyJacobian", "vec", json!([1.0]));
+    let gradient = ask("/Gradient", "sens", json!([2.0, 30.0]))[0];
+    for (rate, (above, below)) in rates.iter().zip(above.iter().zip(&below)) {
+        // Truncation of second order.
+        assert!((rate / ((above - below) / 0.02) - 1.0).abs() < 1e-4, "{rate} {above} {below}");
+    }
+    assert!((gradient / (2.0 * rates[0] + 30.0 * rates[1]) - 1.0).abs() < 1e-12);
+    for (path, input, kind) in [
+        ("/Evaluate", -1.0, "InvalidInput"),
+        ("/Evaluate", 1e308, "InvalidInput"),
+        ("/Surface", 11.0, "UnsupportedFeature"),
+        ("/Evaluate", 1e-3, "InvalidOutput"),
+    ] {
+        let (_, found) = asked(&service, path, &json!({ "name": "patient", "input": [[input]] }));
+        assert_eq!(found["error"]["type"], kind, "{found}");
+    }
 }
 
 /// A server that ends with the test.
