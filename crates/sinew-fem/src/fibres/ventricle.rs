@@ -53,16 +53,22 @@ impl VentricleCoordinates {
         let laplacian = Laplacian::new(mesh)?;
 
         let walls = bounds.prescribe(&[(&bounds.endocardium, 0.0), (&bounds.epicardium, 1.0)]);
-        let gradients = laplacian.gradients(&laplacian.solve(&walls, 0.0, None)?);
-        // Bounded from below for cells with all their nodes on one surface.
-        let least = NO_DIRECTION * mean_length(&gradients);
-        let conductivity: Vec<_> = gradients.iter().map(|slope| slope.norm().max(least)).collect();
-        let thickness = laplacian.solve(&walls, 0.0, Some(&conductivity))?;
-
-        let distance = laplacian.solve(&bounds.prescribe(&[(&bounds.base, 0.0)]), 1.0, None)?;
-        let apexes = bounds.apexes(&distance)?;
-        let ends = bounds.prescribe(&[(&bounds.base, 1.0), (&apexes, 0.0)]);
-        let longitudinal = laplacian.solve(&ends, 0.0, None)?;
+        let across = || {
+            let gradients = laplacian.gradients(&laplacian.solve(&walls, 0.0, None)?);
+            // Bounded from below for cells with all their nodes on one surface.
+            let least = NO_DIRECTION * mean_length(&gradients);
+            let conductivity: Vec<_> =
+                gradients.iter().map(|slope| slope.norm().max(least)).collect();
+            laplacian.solve(&walls, 0.0, Some(&conductivity))
+        };
+        let along = || {
+            let distance = laplacian.solve(&bounds.prescribe(&[(&bounds.base, 0.0)]), 1.0, None)?;
+            let apexes = bounds.apexes(&distance)?;
+            let ends = bounds.prescribe(&[(&bounds.base, 1.0), (&apexes, 0.0)]);
+            Ok::<_, FibreError>((laplacian.solve(&ends, 0.0, None)?, apexes))
+        };
+        let (thickness, along) = rayon::join(across, along);
+        let (thickness, (longitudinal, apexes)) = (thickness?, along?);
 
         let outward = directions(&laplacian, &thickness);
         let to_base = directions(&laplacian, &longitudinal);
@@ -217,7 +223,7 @@ impl Bounds {
         let farthest = |nodes: &[usize]| {
             let apex = nodes.iter().copied().max_by(|&a, &b| distance[a].total_cmp(&distance[b]));
             let apex = apex.filter(|&node| distance[node] > 0.0);
-            apex.ok_or_else(|| FibreError::Unfit(format!("there is no apex: all {} nodes of the epicardium are on the base; keep the outer facets out of the base", nodes.len())))
+            apex.ok_or_else(|| FibreError::Unfit(format!("there is no apex: all {} nodes of a surface of the wall are on the base; keep its facets out of the base", nodes.len())))
         };
         Ok([farthest(&self.endocardium)?, farthest(&self.epicardium)?])
     }

@@ -3,6 +3,7 @@
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMat;
 use faer::sparse::linalg::amd;
+use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -103,7 +104,8 @@ fn separate(graph: &[Vec<usize>], positions: &[[f64; 3]]) -> Option<Vec<u8>> {
         order.sort_by(|&a, &b| positions[a][axis].total_cmp(&positions[b][axis]));
         Separation::halves(graph, &order)
     };
-    let best = (0..3).map(cut).min_by_key(Separation::cost)?;
+    let cuts: Vec<_> = (0..3).into_par_iter().map(cut).collect();
+    let best = cuts.into_iter().min_by_key(Separation::cost)?;
     (!best.cost().0).then_some(best.part)
 }
 
