@@ -251,11 +251,15 @@ pub struct PackedRow {
     integers: Packed,
 }
 
+/// Largest integer of so many bytes, of which one bit is the sign; twice as much is still exact in 64 bits.
+fn half(bytes: usize) -> f64 {
+    (0.5 * 256f64.powi(bytes as i32)).min(2f64.powi(52)) - 1.0
+}
+
 impl PackedRow {
     /// Rounds numbers to multiples of about `step`, with at most so many bytes for each.
     pub fn new(row: &[f64], step: f64, most_bytes: usize) -> Self {
         let largest = row.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let half = |bytes: usize| 0.5 * 256f64.powi(bytes as i32) - 1.0;
         let enough = |bytes: &usize| half(*bytes) * step >= largest;
         let bytes = (1..most_bytes).find(enough).unwrap_or(most_bytes);
         let step = (largest / half(bytes)).max(f64::MIN_POSITIVE);
@@ -268,8 +272,7 @@ impl PackedRow {
     pub fn values(&self, count: usize) -> Vec<f64> {
         let all = STANDARD.decode(&self.integers.0).unwrap_or_default();
         let bytes = all.len() / count.max(1);
-        let half = 0.5 * 256f64.powi(bytes as i32) - 1.0;
         let whole = |x: &[u8]| x.iter().rev().fold(0.0, |sum, byte| 256.0 * sum + f64::from(*byte));
-        all.chunks(bytes.max(1)).map(|x| (whole(x) - half) * self.step).collect()
+        all.chunks(bytes.max(1)).map(|x| (whole(x) - half(bytes)) * self.step).collect()
     }
 }

@@ -11,7 +11,7 @@
   const shareTyped = (p, typed) => clamp(shareOf(p, clamp(typed * p.size, ...p.range)));
   /** A row of numbers: integers of a few bytes each, the lowest byte first, raised by the largest one. */
   const unpack = ({ step, integers }, size) => {
-    const bytes = array(Uint8Array, integers), each = bytes.length / size, half = 256 ** each / 2 - 1;
+    const bytes = array(Uint8Array, integers), each = bytes.length / size, half = Math.min(256 ** each / 2, 2 ** 52) - 1;
     const values = new Float64Array(size).fill(-half);
     bytes.forEach((byte, i) => (values[Math.floor(i / each)] += byte * 256 ** (i % each)));
     return values.map((x) => x * step);

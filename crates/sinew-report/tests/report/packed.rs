@@ -11,6 +11,7 @@ fn rows_take_as_few_bytes_as_a_step_asks_for() {
         (rows[0], 1e-4, 4, 2),
         (rows[0], 0.1, 4, 1),
         (rows[1], 1e-12, 6, 4),
+        (rows[0], 1e-15, 7, 7),
         (rows[1], 1e-12, 3, 3),
         (rows[2], 0.0, 4, 1),
     ] {

@@ -38,7 +38,7 @@ fn unpacked(rows: &Value, size: usize) -> Vec<Vec<f64>> {
     let row = |row: &Value| -> Vec<f64> {
         let (step, bytes) = (row["step"].as_f64().unwrap(), bytes(&row["integers"]));
         let each = bytes.len() / size;
-        let zero = (1u64 << (8 * each - 1)) - 1;
+        let zero = (1u64 << (8 * each - 1).min(52)) - 1;
         let whole = |x: &[u8]| x.iter().rev().fold(0, |sum, byte| 256 * sum + u64::from(*byte));
         bytes.chunks(each).map(|x| (whole(x) as f64 - zero as f64) * step).collect()
     };
