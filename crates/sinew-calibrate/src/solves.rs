@@ -158,7 +158,7 @@ impl<'f> Solves<'f> {
         let why = match self.budget {
             _ if stopped => format!("interrupted during {stage}, after {solves} solves"),
             Some(budget) if self.started.elapsed() > budget => format!(
-                "the budget of {:.0} s is over during {stage}, after {solves} solves; go on with --resume and a larger --budget",
+                "the budget of {} s is over during {stage}, after {solves} solves; go on with --resume and a larger --budget",
                 budget.as_secs_f64()
             ),
             _ => return Ok(()),

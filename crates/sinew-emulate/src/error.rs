@@ -133,7 +133,7 @@ pub enum Warning {
     Jumped,
     /// A solution that the least disturbance ends.
     #[error(
-        "unstable: the stiffness has negative eigenvalues at the equilibrium, and the least disturbance ends it; add one, such as a small load \
+        "unstable: the stiffness at the equilibrium has negative eigenvalues, or is too near to singular to tell, and the least disturbance may end it; add one, such as a small load \
          aside, and the body buckles to a stable one"
     )]
     Unstable,

@@ -35,7 +35,7 @@ pub(crate) fn calibrate(
         let mut options = file.options();
         options.seed = seed.unwrap_or(options.seed);
         let mut solves = observed(&patient, observer);
-        solves.budget = budget.map(Duration::from_secs_f64);
+        solves.budget = budget.map(duration);
         if let Some(folder) = &folder {
             solves = kept(solves, folder, &file, &prepared, again)?;
         }
@@ -46,9 +46,16 @@ pub(crate) fn calibrate(
             let provenance = provenance.finished(clock.elapsed().as_secs_f64());
             let provenance = Provenance { seed: Some(options.seed), ..provenance };
             doubts = written(&file, &prepared, &patient, &posterior, provenance, folder)?.1;
+        } else if let Ok(states) = patient.states_checked(&posterior.mode.theta, false) {
+            doubts.extend(too_stiff(&states));
         }
         Ok((arviz(&prepared, &posterior).to_json(), in_words(&prepared, &posterior), doubts))
     })
+}
+
+/// Time of so many seconds; the longest there is for more.
+fn duration(seconds: f64) -> Duration {
+    Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
 }
 
 /// A check before sampling.
@@ -73,7 +80,7 @@ pub(crate) fn check_calibration<'py>(
         let prepared = file.prepare()?;
         let patient = prepared.patient()?;
         let mut solves = observed(&patient, observer);
-        solves.budget = budget.map(Duration::from_secs_f64);
+        solves.budget = budget.map(duration);
         let problem = &prepared.problem;
         let (mode, seen) = check_identifiability(problem, &mut solves)?;
         let (verdict, reason) = seen.verdict(problem, &mode);

@@ -203,8 +203,11 @@ impl NativeCase {
     }
 
     /// A warning that the cells are too stiff in the middle of the ranges of the parameters, if they are.
-    fn locking(&self) -> Result<Option<String>> {
-        Ok(sinew_fem::locking_at_centre(&self.body)?.as_ref().map(locking_in_words))
+    fn locking(&self, listener: &Bound<'_, PyAny>) -> Result<Option<String>> {
+        self.potential()?;
+        let body = self.body.clone();
+        let found = relay::run(listener, move |_| sinew_fem::locking_at_centre(&body))?;
+        Ok(found.as_ref().map(locking_in_words))
     }
 
     /// θ in the unit of the scene from names and texts such as `7 mmHg`.
@@ -329,11 +332,7 @@ impl NativeCase {
         let (py, body, asked) = (listener.py(), self.body.clone(), thetas.clone());
         let trace = relay::run(listener, move |observer| {
             let mut counter = Counter::new(observer, "follow", 0, asked.len());
-            let count = || {
-                // A trace cannot be stopped between its frames.
-                let _ = counter.step(1, "");
-            };
-            Solver::new(&body)?.trace(&asked, &Options::default(), count)
+            Solver::new(&body)?.trace(&asked, &Options::default(), || counter.step(1, ""))
         })?;
         let found = PyDict::new(py);
         let last = trace.solutions.last();

@@ -57,6 +57,12 @@ fn in_python(text: &str) -> String {
     let mut parts = text.split("--");
     let mut said = parts.next().unwrap_or_default().to_string();
     for part in parts {
+        // Commands in quotes and names of files stay as they are.
+        if said.matches('`').count() % 2 == 1 || said.ends_with(char::is_alphanumeric) {
+            said += "--";
+            said += part;
+            continue;
+        }
         let end = part.find(|c: char| !c.is_ascii_lowercase() && c != '-').unwrap_or(part.len());
         match &part[..end] {
             "name" | "out" => said += "folder",

@@ -268,7 +268,7 @@ impl PackedRow {
         Self { step, integers: Packed(STANDARD.encode(all)) }
     }
 
-    /// So many numbers after rounding, as a page reads them.
+    /// Rounded numbers, `count` of them, as a page reads them.
     pub fn values(&self, count: usize) -> Vec<f64> {
         let all = STANDARD.decode(&self.integers.0).unwrap_or_default();
         let bytes = all.len() / count.max(1);

@@ -290,6 +290,7 @@ impl<'a> Table<'a> {
         let rows: Vec<Result<Vec<f64>, _>> = self.rows.iter().map(row).collect();
         let also = match rows.iter().filter(|row| row.is_err()).count() {
             0 | 1 => String::new(),
+            2 => " (one more line has such a cell)".into(),
             failed => format!(" (and {} more lines have such cells)", failed - 1),
         };
         let told = |(line, reason)| self.error(line, format!("{reason}{also}; {OMIT}"));

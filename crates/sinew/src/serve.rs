@@ -269,6 +269,9 @@ impl<'b> Service<'b> {
         let values = input(&heads[0], request.input.as_deref())?;
         let by = request.weights(path, heads.map(|heads| heads.len()))?;
         let output = match &self.patient {
+            Some(_) if model == Model::Patient && path == "/Surface" => {
+                return refuse("the model `patient` has no surface; ask another model".into());
+            }
             Some(patient) if model == Model::Patient => patient.answer(path, &values, &by)?,
             _ => self.of_body(path, model, &values, &by, request)?,
         };

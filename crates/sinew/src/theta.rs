@@ -181,7 +181,7 @@ pub fn parse_way(text: &str, parameters: &[Parameter]) -> Result<(usize, [f64; 2
 /// ```
 pub fn thetas_along(theta: &[f64], (index, ends): (usize, [f64; 2]), steps: u32) -> Vec<Vec<f64>> {
     let at = |frame: u32| {
-        let part = f64::from(frame) / f64::from(steps);
+        let part = f64::from(frame) / f64::from(steps.max(1));
         let mut theta = theta.to_vec();
         // Without rounding at either end.
         theta[index] = (1.0 - part) * ends[0] + part * ends[1];
@@ -350,7 +350,9 @@ const ROUNDING: f64 = 1e-9;
 /// Warnings about parameters outside their ranges.
 pub fn outside(parameters: &[Parameter], theta: &[f64]) -> Vec<String> {
     let say = |(parameter, value): (&Parameter, &f64)| {
-        let inside = (-ROUNDING..=1.0 + ROUNDING).contains(&share_of(parameter, *value));
+        let [low, high] = parameter.range;
+        let inside = (low..=high).contains(value)
+            || (-ROUNDING..=1.0 + ROUNDING).contains(&share_of(parameter, *value));
         (!inside).then(|| {
             let value = said(parameter, *value, 12);
             format!("{} = {value} is outside its range {}", parameter.name, range(parameter))

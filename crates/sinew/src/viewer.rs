@@ -78,9 +78,7 @@ pub fn viewer(emulator: &Emulator<'_>, seed: u64, observer: &mut dyn Observer) -
         viewer.facts.push((quantity.name.clone(), told));
         viewer.quantities.extend((error <= MOST_OFF).then_some(quantity));
     }
-    let theta = body.centre();
-    let centre = emulator.predict(std::slice::from_ref(&theta))?;
-    let locking = sinew_fem::locking(body, &theta, centre.field(0));
+    let locking = sinew_fem::locking_at_centre(body);
     let mesh = discretisation(body, locking.as_ref().ok().map(Option::as_ref));
     viewer.notes.extend(locking.ok().flatten().iter().map(locking_in_words));
     let found = ErrorModel::of(emulator, &motion.shown, &surface, &fitted, &checked, observer)?;
@@ -147,12 +145,15 @@ fn corners(parameters: &[Parameter]) -> Vec<Vec<f64>> {
     (0..1 << parameters.len().min(10)).map(corner).collect()
 }
 
-/// Line about the discretisation error: what [`sinew_fem::locking`] found, `None` where it gave no answer.
+/// Line about the discretisation error: what [`sinew_fem::locking_at_centre`] found, `None` where it gave no answer.
 fn discretisation(body: &Body, locking: Option<Option<&LockingWarning>>) -> String {
     let found = match locking {
         Some(Some(warning)) => {
-            let lost = digits(100.0 * warning.expected_share, 2);
-            format!("about {lost} % of the displacement is lost in the middle of the ranges")
+            let lost = match warning.expected_share {
+                share if share < 1.0 => format!("about {} %", digits(100.0 * share, 2)),
+                _ => "most".into(),
+            };
+            format!("{lost} of the displacement is lost in the middle of the ranges")
         }
         Some(None) if !body.element().is_quadratic() => {
             "no locking was found in the middle of the ranges".into()

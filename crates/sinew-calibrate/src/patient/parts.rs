@@ -163,7 +163,7 @@ impl<'a, 'u> Solve<'a, 'u> {
         let values = values(&parts.loads[0].1, theta);
         let near = predicted.and_then(|predicted| {
             let (iterations, accuracy) = (NEAR, parts.accuracy);
-            let options = UnloadOptions { iterations, accuracy, load: None, ..Default::default() };
+            let options = UnloadOptions { iterations, accuracy, load: None };
             unload.solve_near(&predicted[REST], &values, &options).ok()
         });
         let found = near.map_or_else(|| unload.solve(&values, &UnloadOptions::default()), Ok)?;

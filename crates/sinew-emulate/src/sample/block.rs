@@ -66,7 +66,8 @@ impl<'a> Block<'a> {
 
     /// Takes the results of an earlier run, but for those of chains that are unfinished and took less than [`REPEATED_S`].
     fn go_on_from(&mut self, earlier: Simulations) {
-        let Simulations { thetas, fields, failures, solve_seconds, seconds, .. } = earlier;
+        let Simulations { thetas, fields, failures, unstable, solve_seconds, seconds, .. } =
+            earlier;
         let solved = fields.into_iter().zip(solve_seconds).map(|(u, took)| Ok((u, vec![], took)));
         let solved = thetas.into_iter().zip(solved);
         let failed = failures.into_iter().map(|failure| (failure.theta, Err(failure.reason)));
@@ -86,6 +87,9 @@ impl<'a> Block<'a> {
         let order = neighbours(self.thetas);
         let repeated: Vec<&usize> = order.chunks(CHAIN).filter(is_short).flatten().collect();
         self.found.retain(|(place, _)| !repeated.contains(&place));
+        let is_unstable =
+            |place: &usize| unstable.iter().any(|theta| alike(theta, &self.thetas[*place]));
+        self.unstable = self.found.iter().map(|(place, _)| *place).filter(is_unstable).collect();
     }
 
     /// Samples that are found.
@@ -117,7 +121,8 @@ impl<'a> Block<'a> {
     /// Results so far, in their order.
     fn simulations(&self) -> Simulations {
         let seconds = self.earlier_s + self.opened.elapsed().as_secs_f64();
-        let mut all = Simulations { seconds, ..Simulations::default() };
+        let unstable = self.unstable.iter().map(|&place| self.thetas[place].clone()).collect();
+        let mut all = Simulations { seconds, unstable, ..Simulations::default() };
         for (place, outcome) in &self.found {
             let theta = self.thetas[*place].clone();
             match outcome.clone() {
@@ -157,8 +162,7 @@ impl<'a> Block<'a> {
         self.found.extend(late);
         self.found.sort_by_key(|&(index, _)| index);
         self.unstable.sort_unstable();
-        let unstable = self.unstable.iter().map(|&index| self.thetas[index].clone()).collect();
-        Ok(Simulations { branched, jumped, compared, unstable, ..self.simulations() })
+        Ok(Simulations { branched, jumped, compared, ..self.simulations() })
     }
 
     /// Removes what was stored on the way, once the block is stored itself.

@@ -41,7 +41,7 @@ pub struct Simulations {
     /// Parameters whose solution may be on another branch than that of a rising load: those of `branched`, and those that were not
     /// compared. Not stored.
     pub jumped: Vec<Vec<f64>>,
-    /// Parameters whose solution is an unstable equilibrium, as of a straight column beyond its Euler load. Not stored.
+    /// Parameters whose solution is an unstable equilibrium, as of a straight column beyond its Euler load.
     pub unstable: Vec<Vec<f64>>,
     /// Wall time of all solves on all threads \[s\].
     pub seconds: f64,
@@ -66,6 +66,8 @@ struct Log {
     tried: usize,
     failures: Vec<Failure>,
     branched: Vec<Vec<f64>>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    unstable: Vec<Vec<f64>>,
     seconds: f64,
     solve_seconds: Vec<f64>,
     /// CRC-32 of this log without checksums, of the parameters and of the fields. Only the rows that the log counts enter:
@@ -75,10 +77,10 @@ struct Log {
 
 impl Log {
     fn sums(&self, thetas: &[Vec<f64>], fields: &[Vec<f64>]) -> [u32; 3] {
-        let Self { body, tried, failures, branched, seconds, solve_seconds, .. } = self;
+        let Self { body, tried, failures, branched, unstable, seconds, solve_seconds, .. } = self;
         let own =
             format!("{body:?} {tried} {failures:?} {branched:?} {seconds:?} {solve_seconds:?}");
-        [checksum(&own, &[]), checksum("", thetas), checksum("", fields)]
+        [checksum(&own, unstable), checksum("", thetas), checksum("", fields)]
     }
 }
 
@@ -241,9 +243,11 @@ pub(crate) fn store(
 ) -> Result<()> {
     write_table(&folder.join(THETAS), &simulations.thetas)?;
     write_table(&folder.join(FIELDS), &simulations.fields)?;
-    let Simulations { failures, branched, seconds, solve_seconds, .. } = simulations.clone();
+    let Simulations { failures, branched, unstable, seconds, solve_seconds, .. } =
+        simulations.clone();
     let (body, checksums) = (body.clone(), [0; 3]);
-    let mut log = Log { body, tried, failures, branched, seconds, solve_seconds, checksums };
+    let mut log =
+        Log { body, tried, failures, branched, unstable, seconds, solve_seconds, checksums };
     log.checksums = log.sums(&simulations.thetas, &simulations.fields);
     write_json(&folder.join(LOG), &log)
 }
@@ -281,11 +285,12 @@ pub(crate) fn read(folder: &Path, body: &Identity) -> Result<Option<(usize, Simu
             )
         })?;
     }
-    let Log { body: stored, tried, failures, branched, seconds, solve_seconds, .. } = log;
+    let Log { body: stored, tried, failures, branched, unstable, seconds, solve_seconds, .. } = log;
     let same = identity::difference(&stored, body).is_none();
     ensure(same, Error::OtherSamples { folder: folder.into() })?;
     let empty = Simulations::default();
-    let found = Simulations { thetas, fields, failures, branched, seconds, solve_seconds, ..empty };
+    let told = Simulations { failures, branched, unstable, ..empty };
+    let found = Simulations { thetas, fields, seconds, solve_seconds, ..told };
     Ok(Some((tried, found)))
 }
 

@@ -230,12 +230,14 @@ const PROBE: f64 = 1.0 / 64.0;
 
 impl Solver<'_> {
     /// Equilibria at each of `thetas`, each found from the one before, the first under a load that rises from rest. Where the next is not found at
-    /// once, the way to it is halved; the path ends where no such step remains on its branch. `progress` is called after each.
+    /// once, the way to it is halved; the path ends where no such step remains on its branch. `progress` is called after each, and ends the
+    /// path there by a break.
     ///
     /// ```
     /// use sinew_energy::{Load, Magnitude, Parameter, Scene, Support, laws::NeoHookean};
     /// use sinew_fem::{Options, Solver};
     /// use sinew_mesh::TruncatedEllipsoid;
+    /// use std::ops::ControlFlow;
     ///
     /// let body = Scene::new(TruncatedEllipsoid::LAND.wall([1, 16, 8]).tetrahedra(), NeoHookean)
     ///     .parameter(Parameter::log("mu", "kPa", 1.0..=10.0))
@@ -245,7 +247,7 @@ impl Solver<'_> {
     ///     .support(Support::clamped("base"))
     ///     .lower()?;
     /// let thetas: Vec<_> = (0..=4).map(|frame| vec![5.0, 8.0, 0.2 * f64::from(frame)]).collect();
-    /// let trace = Solver::new(&body)?.trace(&thetas, &Options::default(), || {})?;
+    /// let trace = Solver::new(&body)?.trace(&thetas, &Options::default(), || ControlFlow::Continue(()))?;
     /// let volumes: Vec<f64> =
     ///     trace.solutions.iter().map(|s| body.cavity_volumes(&s.displacement)[0]).collect();
     /// assert!(trace.end.is_none() && volumes.is_sorted() && volumes[4] > 1.1 * volumes[0]);
@@ -258,7 +260,7 @@ impl Solver<'_> {
         &mut self,
         thetas: &[Vec<f64>],
         options: &Options,
-        mut progress: impl FnMut(),
+        mut progress: impl FnMut() -> ControlFlow<()>,
     ) -> Result<Trace> {
         thetas.iter().try_for_each(|theta| self.system.body.check_theta(theta))?;
         let risen = Options { load_steps: LoadSteps::Always, ..*options };
@@ -272,7 +274,7 @@ impl Solver<'_> {
         let last = self.solve(first, &risen)?;
         let mut follower = Follower { solver: self, options: near, last, rate: least, least };
         let mut solutions = vec![follower.last.clone()];
-        progress();
+        let mut under_way = progress();
         if let [from, to, ..] = thetas {
             // Where even this is not found, the way is halved further.
             let probe = between(from, to, PROBE);
@@ -281,11 +283,14 @@ impl Solver<'_> {
             }
         }
         for pair in thetas.windows(2) {
+            if under_way.is_break() {
+                break;
+            }
             if let Err(end) = follower.advance([&pair[0], &pair[1]], 1.0, MOST_HALVINGS) {
                 return Ok(Trace { solutions, end: Some(end) });
             }
             solutions.push(follower.last.clone());
-            progress();
+            under_way = progress();
         }
         Ok(Trace { solutions, end: None })
     }

@@ -310,6 +310,7 @@ fn steps_that_passed_the_end_of_their_line_go_back_to_it() {
     };
     let loads: Vec<f64> = history.iterations.iter().map(|it| it.load_factor).collect();
     let passed = loads.iter().position(|load| *load > 1.0).expect("arc length passes the end");
+    assert!(loads.iter().any(|load| *load > 1.1), "{loads:?}");
     let last = loads[passed..].iter().rposition(|load| *load > 1.1).unwrap_or(0);
     assert!(loads[passed + last] < 1.15, "{loads:?}");
 }

@@ -39,6 +39,9 @@ class Blocks:
 
     def __init__(self, points: Any) -> None:
         array = floats(by_axes(points, "mesh: points"), "mesh: points")
+        labels = list(points.index) if hasattr(points, "columns") else []
+        if labels != list(range(len(labels))) and sorted(map(str, labels)) == sorted(map(str, range(len(labels)))):
+            raise CaseError("mesh: rows of points are not in the order of their labels, which cells refer to; sort them (sort_index)")
         if array.ndim != 2 or array.shape[1] not in (2, 3):
             raise CaseError(f"mesh: points of shape {array.shape}; give a row of three coordinates for every node")
         if array.shape[1] == 2:
@@ -118,9 +121,10 @@ def read(
 
 
 def _named(sets: Any, what: str) -> Mapping[str, Any]:
-    if not isinstance(sets or {}, Mapping) or any(not isinstance(name, str) for name in sets or {}):
+    sets = {} if sets is None else sets
+    if not isinstance(sets, Mapping) or any(not isinstance(name, str) for name in sets):
         raise CaseError(f"{what}: give a dictionary of sets by their names")
-    return sets or {}
+    return sets
 
 
 def _from_arrays(points: Any, cells: Any) -> Blocks:

@@ -78,11 +78,11 @@ def way(along: Any) -> tuple[str, str]:
     """Name of the parameter of a path, and the path as the program reads it."""
     if isinstance(along, str):
         return along.partition("=")[0].strip(), along
-    pairs = list(along.items()) if isinstance(along, Mapping) else []
-    if len(pairs) != 1 or isinstance(pairs[0][1], str) or not hasattr(pairs[0][1], "__len__") or len(pairs[0][1]) != 2:
+    given = list(along.items()) if isinstance(along, Mapping) else []
+    if len(given) != 1 or isinstance(given[0][1], str) or not hasattr(given[0][1], "__len__") or len(given[0][1]) != 2:
         raise CaseError(f"along = {along!r}: give one parameter with two ends, such as \"p=0..8mmHg\" or {{\"p\": (0, \"8 mmHg\")}}")
-    name, ends = str(pairs[0][0]), pairs[0][1]
-    start, end = (text(f"along: {name}", value) for value in (ends[0], ends[1]))
+    head, ends = given[0]
+    [(name, start)], [(_, end)] = (pairs({head: value}) for value in (ends[0], ends[1]))
     return name, f"{name}={start}..{end}"
 
 
@@ -98,7 +98,7 @@ def values_by_name(theta: Any, names: list[str]) -> Union[Mapping[str, Any], Non
     if found is None:
         return None
     by_text = [axis for axis, labels in enumerate(found) if labels and all(isinstance(each, str) for each in labels)]
-    by_text.sort(key=lambda axis: not set(found[axis]) & set(names))
+    by_text.sort(key=lambda axis: not {each.partition("[")[0].strip() for each in found[axis]} & set(names))
     if by_text:
         return _paired(found[by_text[0]], np.moveaxis(np.asarray(theta), by_text[0], 0))
     if not hasattr(theta, "dims") and found[0] != list(range(len(found[0]))):
@@ -149,8 +149,10 @@ def pairs(theta: Mapping[str, Any]) -> list[tuple[str, str]]:
     found = []
     for name, value in theta.items():
         own, _, unit = str(name).partition("[")
+        if not unit and getattr(value, "attrs", {}).get("units", "1") != "1":
+            unit = str(value.attrs["units"])
         said = text(str(name), value)
-        found.append((own.strip(), f"{said} {unit.rstrip(']')}" if unit else said))
+        found.append((own.strip(), f"{said} {unit.strip().rstrip(']')}" if unit else said))
     return found
 
 
@@ -165,8 +167,11 @@ def _by_name(case: NativeCase, theta: Mapping[str, Any]) -> tuple[Floats, bool]:
     labels = [found for found in map(labels_of, columns.values()) if found is not None]
     if any(found != labels[0] for found in labels):
         raise CaseError("theta: columns with different labels; put them into one frame, or give their values alone")
+    heads = {}
     for name, column in columns.items():
         unmasked(column, f"theta: {name}")
+        unit = getattr(column, "attrs", {}).get("units", "1")
+        heads[name] = name if unit == "1" or "[" in str(name) else f"{name} [{unit}]"
         # By place, whatever the labels are.
         columns[name] = column if labels_of(column) is None else np.asarray(column)
     if not columns:
@@ -178,7 +183,7 @@ def _by_name(case: NativeCase, theta: Mapping[str, Any]) -> tuple[Floats, bool]:
         if len(column) != count:
             raise CaseError(f"theta: {name} has {len(column)} values where another parameter has {count}; give columns of one length")
     rows = [
-        _one(case, {name: columns[name][row] if name in columns else value for name, value in theta.items()})
+        _one(case, {heads.get(name, name): columns[name][row] if name in columns else value for name, value in theta.items()})
         for row in range(count)
     ]
     if not rows:

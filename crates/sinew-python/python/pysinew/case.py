@@ -32,6 +32,8 @@ Path = Union[str, "PathLike[str]"]
 Recipe = Literal["auto", "taylor", "regression", "pi", "dd"]
 Optimiser = Literal["muon", "adam"]
 Design = Literal["latin-hypercube", "sobol", "uniform"]
+# Files of a calibration that an earlier one in the same folder may have left.
+_WRITTEN = ("posterior.csv", "posterior.json", "edpvr.csv", "rest.vtu", "report.html", "report.json", "provenance.json")
 # Cases that went to another process or came from one, by what they are made of.
 _alive: WeakValueDictionary[tuple[str, str, bool, bytes], Case] = WeakValueDictionary()
 
@@ -268,7 +270,10 @@ class Case:
         if along is not None:
             if load_steps or folder is not None:
                 raise CaseError("along starts at rest by load steps and keeps no folder; leave load_steps and folder out")
-            return self._along(theta, along, 20 if frames is None else _numbers.count(frames, "frames", 1), progress)
+            frames = 20 if frames is None else _numbers.count(frames, "frames", 1)
+            if frames > 10_000:
+                raise CaseError(f"frames = {frames}: give 10000 at most")
+            return self._along(theta, along, frames, progress)
         if frames is not None:
             raise CaseError("frames are those of a path; give along as well")
         sets = _theta.read(self._native, theta)
@@ -288,11 +293,13 @@ class Case:
 
     def _along(self, theta: Theta, along: Way, frames: int, progress: ProgressArgument) -> Solutions:
         name, way = _theta.way(along)
-        if isinstance(theta, Mapping):
+        middle = dict(zip([own.name for own in self.parameters], self._native.shown(self._native.centre()[np.newaxis])[0]))
+        named = None if theta is None else _theta.values_by_name(theta, list(middle))
+        if named is not None:
             # The path has all values of its own.
-            middle = dict(zip([own.name for own in self.parameters], self._native.shown(self._native.centre()[np.newaxis])[0]))
+            others = {head: value for head, value in named.items() if str(head).partition("[")[0].strip() != name}
             # A path of no parameter is refused below.
-            theta = {**theta, name: middle[name]} if name in middle else None
+            theta = {**others, name: middle[name]} if name in middle else None
         rows = _theta.read(self._native, theta).single().rows
         with shown(progress) as bar:
             found = self._native.along(rows, way, frames, bar)
@@ -307,9 +314,10 @@ class Case:
 
     def check_mesh(self, theta: Theta = None, *, progress: ProgressArgument = None) -> MeshCheck:
         """How far the equilibrium at one θ is from that in quadratic cells: what the case's own cells lose, as by `sinew solve --check-mesh`."""
-        theta = _theta.read(self._native, theta).single().values
-        if self.cells.shape[1] in (8, 10):
-            kind = "hexahedra" if self.cells.shape[1] == 8 else "quadratic tetrahedra"
+        # One set, so that a failure is raised.
+        theta = _theta.read(self._native, theta).single().values[0]
+        kind = {6: "quadratic triangles", 8: "hexahedra", 10: "quadratic tetrahedra"}.get(self.cells.shape[1])
+        if kind is not None:
             raise CaseError(f"check_mesh: quadratic cells are not made of {kind}; compare with a finer mesh")
         better = self.quadratic()
         own, other = (case.solve(theta, progress=progress).one().ravel() for case in (self, better))
@@ -401,7 +409,8 @@ class Case:
                 _numbers.choice(given[key], get_args(choices), key)
         options = _json(given, "train: a number")
         resume, restart = _numbers.flag(resume, "resume"), _numbers.flag(restart, "restart")
-        locking = self._native.locking()
+        with shown(progress) as bar:
+            locking = self._native.locking(bar)
         warn([] if locking is None else [locking])
         with shown(progress) as bar:
             native = self._native.train(options, folder, resume, restart, bar)
@@ -459,6 +468,10 @@ class Case:
         if resume and restart:
             raise CaseError("resume goes on from stored solves and restart starts anew without them; give one")
         budget = None if budget is None else _numbers.positive(budget, "budget")
+        if folder is not None and not os.path.exists(os.path.join(folder, "solves.csv")):
+            theirs = [name for name in _WRITTEN if os.path.exists(os.path.join(folder, name))]
+            if theirs:
+                raise CaseError(f"{os.fspath(folder)} holds {theirs[0]} of something else; name another folder")
         with shown(progress) as bar:
             groups, words, doubts = calibrate(self._native, seed, budget, folder, (resume, restart), bar)
         warn(doubts)
@@ -474,6 +487,7 @@ class Case:
 
     def synthesise(self, theta: Mapping[str, Any], seed: int = 1) -> Case:
         """The case with data that the solver gives at θ by name, with noise of their standard deviations."""
+        theta = _theta.values_by_name(theta, []) or theta
         if not isinstance(theta, Mapping):
             raise CaseError(f"theta: a {type(theta).__name__} has no names; give a dictionary")
         return Case._of(synthesise(self._native, _theta.pairs(theta), _numbers.count(seed, "seed")))

@@ -107,10 +107,12 @@ class Emulator:
         measured of the page, by name."""
         if not os.fspath(path).lower().endswith((".html", ".htm")):
             raise CaseError(f"{os.fspath(path)}: a page is HTML; give a name that ends with .html")
+        if not pathlib.Path(path).absolute().parent.is_dir():
+            raise CaseError(f"{os.fspath(path)}: there is no folder {pathlib.Path(path).parent}; make it first")
         with shown(progress) as bar:
             html, facts, doubts = self._native.page(bar)
         warn(doubts)
-        pathlib.Path(path).write_text(html, encoding="utf-8")
+        pathlib.Path(path).write_bytes(html.encode())
         return dict(facts)
 
     def save(self, folder: Path) -> None:

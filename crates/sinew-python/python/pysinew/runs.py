@@ -144,6 +144,8 @@ class Runs:
         if named is not None:
             units = {name: unit for name, unit, _ in self._native.parameters}
             given = {_own(name, units, "theta"): value for name, value in named.items()}
+            if len(given) < len(named):
+                raise CaseError(f"theta: a name is there twice among {', '.join(map(str, named))}; keep one")
             if set(given) != set(names):
                 raise CaseError(f"theta has {', '.join(given)}; the parameters are {', '.join(names)}")
             _same_labels(given.values(), "theta")

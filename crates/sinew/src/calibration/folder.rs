@@ -95,7 +95,11 @@ pub fn written(
         std::fs::write(&path, curve.to_csv()).map_err(at(&path))?;
     }
     let rest = patient.states_checked(&posterior.mode.theta, false);
-    let rest = rest.map_err(|error| CalibrateError::NoPosterior(error.to_string()))?;
+    let rest = rest.map_err(|error| {
+        CalibrateError::NoPosterior(format!(
+            "the draws are written, but there is no state at the most probable parameters: {error}"
+        ))
+    })?;
     doubts.extend(too_stiff(&rest));
     if let Some(unloaded) = &rest.unloaded {
         let path = folder.join("rest.vtu");

@@ -59,7 +59,8 @@ impl Serve {
     pub(crate) fn run(&self) -> Result<()> {
         let (case, body, folder) = self.case.open()?;
         let file = PatientFile::of(case)?;
-        let prepared = file.has_data().then(|| file.prepare()).transpose()?;
+        let unfit = |why: &_| eprintln!("warning: {why}; the model patient is not served");
+        let prepared = file.has_data().then(|| file.prepare().inspect_err(unfit).ok()).flatten();
         let emulator = match (&self.emulator, trained(&folder)) {
             (None, Err(none)) if none.is::<Usage>() => {
                 eprintln!("{none}; the solver alone is served");

@@ -151,10 +151,11 @@ fn said(body: &Body, field: &[f64]) -> String {
 /// Refuses cells that have no quadratic form here, before solving.
 fn check_cells(body: &Body) -> Result<()> {
     let element = body.element();
+    let tetrahedra = if element.is_quadratic() { "" } else { ", or with tetrahedra" };
     refuse_if(element.is_quadratic() || element.corners == 8, || {
         let kind = element.plural;
         format!(
-            "--check-mesh: quadratic cells are not made of {kind}; compare with a finer mesh (--mesh FILE)"
+            "--check-mesh: quadratic cells are not made of {kind}; compare with a finer mesh (--mesh FILE){tetrahedra}"
         )
     })
 }
@@ -189,10 +190,7 @@ fn tell(parameter: &Parameter, ends: [f64; 2]) {
 fn traced(body: &Body, thetas: &[Vec<f64>]) -> Result<Trace> {
     let (options, mut terminal) = (Options::default(), Terminal::default());
     let mut counter = Counter::new(&mut terminal, "follow", 0, thetas.len());
-    let count = || {
-        // The observer cannot break: an interruption ends the process.
-        let _ = counter.step(1, "");
-    };
+    let count = || counter.step(1, "");
     let trace = Solver::new(body)?.trace(thetas, &options, count)?;
     counter.finish(&format!("{} frames", trace.solutions.len()));
     Ok(trace)
