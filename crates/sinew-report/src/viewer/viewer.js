@@ -395,8 +395,7 @@
       number.addEventListener("change", () => {
         const typed = number.valueAsNumber, share = shareTyped(p, typed);
         stop(); setShare(index, share >= 0 ? share : state.shares[index]);
-        // All digits of a value within the range, which the body is at.
-        if (typed === clamp(typed, low, high)) number.value = typed;
+        if (typed === clamp(typed, low, high)) number.value = typed; // All digits, which the body is at.
       });
       rows.append(make("label", {}, make("span", { textContent: p.name, title: `${about}, ${digits(low)} to ${digits(high)}` }), slider, number, make("small", { textContent: unitOf(p.unit) })));
       return { slider, number };

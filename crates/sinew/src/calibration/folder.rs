@@ -38,7 +38,10 @@ pub fn kept<'f>(
     let count = text.lines().count().saturating_sub(1);
     if count > 0 && !resume && !restart {
         let advice = "--resume goes on from them, --restart starts anew without them";
-        return Err(at(&stored)(format!("{count} solves of an earlier run are here; {advice}")));
+        return Err(CalibrateError::Store(format!(
+            "{} holds {count} solves of an earlier run; {advice}",
+            stored.display()
+        )));
     }
     let solves = solves.kept_in(&stored, &identity(file, prepared)?, resume)?;
     remove_results(folder).map(|()| solves)

@@ -1,8 +1,8 @@
 //! Equilibria, and paths of them along a parameter.
 
 use super::{
-    Batch, CaseArguments, ThetaArguments, Usage, Written, make_folder, refuse_if, single,
-    tell_solved, warn, warn_of_locking,
+    Batch, CaseArguments, ThetaArguments, Usage, Written, make_folder, refuse, single, tell_solved,
+    warn, warn_of_locking,
 };
 use anyhow::{Result, bail};
 use clap::Args;
@@ -151,13 +151,17 @@ fn said(body: &Body, field: &[f64]) -> String {
 /// Refuses cells that have no quadratic form here, before solving.
 fn check_cells(body: &Body) -> Result<()> {
     let element = body.element();
-    let tetrahedra = if element.is_quadratic() { "" } else { ", or with tetrahedra" };
-    refuse_if(element.is_quadratic() || element.corners == 8, || {
-        let kind = element.plural;
-        format!(
-            "--check-mesh: quadratic cells are not made of {kind}; compare with a finer mesh (--mesh FILE){tetrahedra}"
-        )
-    })
+    let kind = element.plural;
+    let why = match element.corners {
+        _ if element.is_quadratic() => {
+            format!("the cells are {kind} already; compare with a finer mesh (--mesh FILE)")
+        }
+        8 => format!(
+            "quadratic cells are not made of {kind} here; compare with a finer mesh (--mesh FILE), or with tetrahedra"
+        ),
+        _ => return Ok(()),
+    };
+    refuse(format!("--check-mesh: {why}"))
 }
 
 /// Solves the first case in quadratic cells, and tells how far it is from there.
