@@ -434,6 +434,21 @@ impl Body {
     }
 
     /// Parameters within their ranges, off the [middle](Body::centre) at shares that differ: loads that are zero or cancel there do not here.
+    ///
+    /// ```
+    /// use sinew_energy::{Load, Magnitude, Parameter, Scene, Support, laws::NeoHookean};
+    /// use sinew_mesh::TruncatedEllipsoid;
+    ///
+    /// let body = Scene::new(TruncatedEllipsoid::LAND.wall([1, 16, 8]).tetrahedra(), NeoHookean)
+    ///     .parameter(Parameter::log("mu", "kPa", 1.0..=10.0))
+    ///     .parameter(Parameter::log("lambda", "kPa", 1.0..=10.0))
+    ///     .parameter(Parameter::linear("p", "kPa", -2.0..=2.0))
+    ///     .load(Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(2) })
+    ///     .support(Support::clamped("base"))
+    ///     .lower()?;
+    /// assert!(body.centre()[2] == 0.0 && (body.beside_centre()[2] + 1.2).abs() < 1e-12);
+    /// # Ok::<(), sinew_energy::SceneError>(())
+    /// ```
     pub fn beside_centre(&self) -> Vec<f64> {
         let share = |number: usize| 1.0 / (3 + number) as f64;
         let ranges = self.parameters.iter().map(|parameter| parameter.range).enumerate();

@@ -7,6 +7,12 @@ pub fn digits(value: f64, digits: usize) -> String {
 }
 
 /// A value beside its error, down to the first digit of that, with `least` [`digits`]: `1.00000090×10⁶` beside 0.05.
+///
+/// ```
+/// use sinew_report::format::digits_beside;
+///
+/// assert_eq!(digits_beside(1_000_000.9, 0.05, 3), "1.00000090×10⁶");
+/// ```
 pub fn digits_beside(value: f64, error: f64, least: usize) -> String {
     let place = |value: f64| value.abs().log10().floor();
     let needed = place(value) - place(error) + 1.0;
