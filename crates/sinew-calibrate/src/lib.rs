@@ -35,11 +35,8 @@
 //! ```
 
 mod calibrate;
-mod correction;
-mod datum;
 mod error;
 mod fault;
-mod forward;
 mod identifiability;
 mod klotz;
 mod likelihood;
@@ -52,28 +49,23 @@ mod posterior;
 mod predictive;
 mod prior;
 mod problem;
-mod segments;
 mod setting;
 mod solves;
 mod verify;
 mod wall;
 
 pub use calibrate::{CalibrateOptions, calibrate, check_identifiability};
-pub use correction::Correction;
-pub use datum::{Datum, Kind};
 pub use error::PatientError;
-pub use fault::{CalibrateError, noise_in_words};
-pub use forward::{Forward, ForwardError, Observed};
+pub use fault::{CalibrateError, Correction, noise_in_words};
 pub use identifiability::{Identifiability, Identified, Verdict};
 pub use klotz::Klotz;
 pub use mode::Mode;
-pub use observable::{Direction, Observable};
+pub use observable::{Direction, Forward, ForwardError, Observable, Observed};
 pub use patient::{Patient, PatientBuilder, PatientStates, StateError};
 pub use posterior::Posterior;
 pub use predictive::{DatumCheck, Predictive};
 pub use prior::{Prior, Unknown};
-pub use problem::Problem;
-pub use segments::Segments;
+pub use problem::{Datum, Kind, Problem};
 pub use setting::Setting;
 pub use solves::{Answer, Solves};
-pub use wall::WallCoordinates;
+pub use wall::{Segments, WallCoordinates};

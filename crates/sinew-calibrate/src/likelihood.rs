@@ -1,7 +1,7 @@
 //! The likelihood of data with correlated errors, and the posterior over an emulator.
 
-use crate::datum::FACTOR_DEVIATION;
 use crate::polynomial::Polynomial;
+use crate::problem::FACTOR_DEVIATION;
 use crate::{Datum, Observed, Problem};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use sinew_sample::LogDensity;

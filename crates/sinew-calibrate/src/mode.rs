@@ -1,9 +1,9 @@
 //! Modes of the posterior by Levenberg's and Marquardt's method with exact derivatives (Nocedal and Wright, 10.3), from several
 //! starts at once.
 
-use crate::datum::FACTOR_DEVIATION;
 use crate::fault::Result;
 use crate::likelihood::Noise;
+use crate::problem::FACTOR_DEVIATION;
 use crate::{Answer, CalibrateError, Observed, Problem, Solves};
 use nalgebra::{Cholesky, DMatrix, DVector};
 

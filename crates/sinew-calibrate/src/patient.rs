@@ -6,7 +6,6 @@ mod parts;
 mod states;
 
 pub use builder::PatientBuilder;
-use states::Result;
 pub use states::{PatientStates, StateError};
 
 use crate::observables::Quantity;
@@ -15,6 +14,7 @@ use anchor::Anchor;
 use parts::Parts;
 use sinew_energy::{Body, Fibres};
 use sinew_num::dot;
+use states::Result;
 use std::sync::{Arc, OnceLock, RwLock};
 
 /// A body imaged under load, unloaded for each θ and loaded again in phases, with its observables.

@@ -1,6 +1,6 @@
 //! The result: draws of the solver's posterior and what they say.
 
-use crate::datum::FACTOR_DEVIATION;
+use crate::problem::FACTOR_DEVIATION;
 use crate::verify::Verified;
 use crate::{Correction, Identifiability, Identified, Mode, Predictive, Problem};
 use rand::SeedableRng;

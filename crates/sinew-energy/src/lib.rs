@@ -84,7 +84,6 @@ mod reference_loads;
 mod rim;
 mod scene;
 mod solid;
-mod spring;
 mod stiffened;
 mod surface;
 mod unit;
@@ -103,14 +102,12 @@ pub use moved::Fibres;
 pub use patches::PatchKinematics;
 pub use pressure::Magnitude;
 pub use pressure_field::PressureField;
-pub use reference_loads::{ReferenceLoads, ReferenceSurface};
+pub use reference_loads::{ReferenceLoads, ReferenceSurface, Spring};
 pub use scene::{Load, Parameter, Prescribed, Sampling, Scene, Support, Units};
+/// Numbers that a law of one's own is written in, see [`Law`].
+pub use sinew_num::{Mat3, Scalar};
 pub use solid::{
     ActiveStress, NearlyIncompressible, Passive, ShapeEnergy, Solid, Strain, VolumeEnergy,
 };
-pub use spring::Spring;
 pub use surface::{PressureSurface, SurfaceResponse};
 pub use unit::Unit;
-
-/// Numbers that a law of one's own is written in, see [`Law`].
-pub use sinew_num::{Mat3, Scalar};

@@ -3,15 +3,13 @@
 mod directions;
 pub(crate) mod geometry;
 mod loads;
-mod overlaps;
 mod supports;
 
 use crate::discretisation::Elements;
 use crate::error::listed;
 use crate::patches::patches;
 use crate::{Body, BodyArrays, Load, Magnitude, PressureField, Sampling, Scene, SceneError};
-use geometry::{places, shape_functions};
-use overlaps::check_overlaps;
+use geometry::{check_overlaps, places, shape_functions};
 use sinew_mesh::{Facet, Mesh, QuadraturePoint, boundary_facets, with_cells};
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;

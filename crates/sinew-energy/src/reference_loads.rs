@@ -1,6 +1,6 @@
-//! Loads per volume and area of the reference configuration, lumped to the nodes.
+//! Loads per volume and area of the reference configuration, lumped to the nodes; springs.
 
-use crate::{FacetRule, Spring};
+use crate::FacetRule;
 use sinew_num::{cross, dot3};
 use std::collections::BTreeMap;
 
@@ -106,4 +106,34 @@ impl ReferenceLoads {
 /// Adds `weight × density` to the force on a node.
 fn add(force: &mut [f64], node: usize, density: &[f64; 3], weight: f64) {
     (0..3).for_each(|i| force[3 * node + i] += weight * density[i]);
+}
+
+/// A linear spring between a node and where it was: force `−K u`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spring {
+    /// The node.
+    pub node: usize,
+    /// Symmetric stiffness K [stress·length].
+    pub stiffness: [[f64; 3]; 3],
+}
+
+impl Spring {
+    /// Energy `½ u·K u` [stress·length³].
+    pub(crate) fn value(&self, displacement: &[f64]) -> f64 {
+        let u = &displacement[3 * self.node..3 * self.node + 3];
+        0.5 * (0..3).map(|i| u[i] * self.force(u, i)).sum::<f64>()
+    }
+
+    /// Energy [stress·length³]; its derivative is added to `gradient` [stress·length²].
+    pub fn value_and_add_gradient(&self, displacement: &[f64], gradient: &mut [f64]) -> f64 {
+        let u = &displacement[3 * self.node..3 * self.node + 3];
+        for i in 0..3 {
+            gradient[3 * self.node + i] += self.force(u, i);
+        }
+        self.value(displacement)
+    }
+
+    fn force(&self, u: &[f64], i: usize) -> f64 {
+        (0..3).map(|j| self.stiffness[i][j] * u[j]).sum()
+    }
 }

@@ -10,7 +10,7 @@
 //! Training on simulations needs no stiffness. Simulations differ in few directions, and outputs in these directions have
 //! the strains of simulations.
 
-use crate::arrays::standardised;
+use crate::tensors::standardised;
 use crate::{Result, TrainingConfig};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::Body;

@@ -30,7 +30,6 @@
 //! Every operation has its double in plain tensors in [`mod@reference`], which it agrees with to
 //! single-precision rounding, and which stands in for it in other precisions and on graphics
 //! processors. All are deterministic, whatever the number of threads.
-
 // The ndarray backend is deprecated upstream; it is wired up here as long as Burn has it.
 #![cfg_attr(feature = "ndarray", allow(deprecated))]
 
@@ -43,11 +42,9 @@ mod mlp_backward;
 mod mlp_kernel;
 mod moments;
 mod normalise;
-mod orthogonalise;
 mod perceptron;
 mod plain;
 mod pool;
-mod potential;
 mod product;
 pub mod reference;
 mod rows;
@@ -58,10 +55,8 @@ pub use edges::{EdgeTopology, received_edge_sum, signed_edge_sum};
 pub(crate) use host::{HostTensor, Pullback, apply};
 pub use index::GatherPlan;
 pub use mlp::gathered_mlp;
-pub use moments::{AdamRule, adam_direction, descend, momentum_direction};
+pub use moments::{AdamRule, adam_direction, descend, momentum_direction, orthogonalise};
 pub(crate) use normalise::VARIANCE_FLOOR;
-pub use orthogonalise::orthogonalise;
 pub use perceptron::{Input, LayerNormalisation, PerceptronWeights};
-pub use plain::{activate, concatenated, mean_distance, normalised, sum};
-pub use potential::fused_potential;
+pub use plain::{activate, concatenated, fused_potential, mean_distance, normalised, sum};
 pub use sinew_num::on_ready_threads;

@@ -3,12 +3,10 @@
 use crate::fused::{
     GatherPlan, Input, concatenated, normalised, received_edge_sum, signed_edge_sum, sum,
 };
+use crate::perceptron::{Initialiser, Normalisation, Perceptron};
+use crate::{Decoding, Graph, GraphNetworkConfig, Result};
 use burn::module::{Module, Param, ParamId};
 use burn::tensor::{Device, Tensor};
-
-use crate::perceptron::{Normalisation, Perceptron};
-use crate::random::Initialiser;
-use crate::{Decoding, Graph, GraphNetworkConfig, Result};
 
 /// Embeddings of the nodes of a geometry that are decoded, `[nodes, 2 M]`, layer by layer.
 pub type Embedding = Vec<Tensor<2>>;

@@ -116,15 +116,11 @@
 //!
 //! All are divided by a characteristic length or energy. Cells that training may invert are kept finite by barriers in Π (`sinew_energy::Barriers`).
 
-mod arrays;
-mod budget;
 mod config;
 mod coordinates;
 mod data;
 mod device;
 mod error;
-mod features;
-mod fixed;
 pub mod fused;
 mod graph;
 mod graph_network;
@@ -133,9 +129,7 @@ mod network;
 mod objective;
 mod optimiser;
 mod perceptron;
-mod random;
 pub mod recipe;
-mod schedule;
 mod store;
 mod surrogate;
 mod tensors;
@@ -146,7 +140,6 @@ pub use coordinates::OutputCoordinates;
 pub use data::{DataSet, Geometry, Sample};
 pub use device::Backend;
 pub use error::{Error, Result};
-pub use fixed::FixedGeometry;
 pub use fused::Activation;
 pub use graph::Graph;
 pub use graph_network::{Embedding, GraphNetwork};
@@ -154,10 +147,9 @@ pub use network::{KINDS, Network};
 pub use objective::{DataFit, GradientOperator, MinimumPotential, Objective, Potential};
 pub use optimiser::{MuonConfig, OptimiserConfig};
 pub use recipe::Recipe;
-pub use schedule::Schedule;
-pub use surrogate::{Scales, Surrogate};
+pub use surrogate::{FixedGeometry, Scales, Surrogate};
 pub use training::{
-    Concern, HistoryPoint, Trainer, TrainingBudget, TrainingConfig, TrainingObserver,
+    Concern, HistoryPoint, Schedule, Trainer, TrainingBudget, TrainingConfig, TrainingObserver,
     TrainingProgress, TrainingReport,
 };
 

@@ -1,14 +1,12 @@
 //! Map from the outputs of a network to displacements.
 
-use std::sync::Arc;
-
+use crate::Geometry;
+use crate::fused::{HostTensor, Pullback, apply};
+use crate::tensors::numbers;
 use burn::tensor::{DType, Tensor};
 use rayon::prelude::*;
 use sinew_emulate::coordinates::{Coordinates, OutputScale};
-
-use crate::Geometry;
-use crate::arrays::numbers;
-use crate::fused::{HostTensor, Pullback, apply};
+use std::sync::Arc;
 
 /// Map from network outputs to displacements of one geometry, prescribed ones written over them, in double precision.
 ///

@@ -2,10 +2,10 @@
 
 mod course;
 
-use crate::budget::scale;
+use crate::training::scale;
 use crate::{
     Backend, DataSet, Decoding, Error, FixedGeometry, Geometry, GraphNetworkConfig, Objective,
-    OutputCoordinates, Result, Sample, Surrogate, TrainingConfig, coordinates, features,
+    OutputCoordinates, Result, Sample, Surrogate, TrainingConfig, coordinates, data,
 };
 use course::Course;
 use serde::{Deserialize, Serialize};
@@ -164,7 +164,7 @@ pub(crate) fn train(
         // Rigid motions read virtual nodes too, which then form clusters up to the whole body.
         let (levels, own) = (plan.network.virtual_nodes.as_deref(), plan.coordinates);
         let plain = matches!(own, OutputCoordinates::Components | OutputCoordinates::Simulations);
-        features::geometry(body, levels, !plain, session.options.seed)
+        data::geometry(body, levels, !plain, session.options.seed)
     })?;
     record.virtual_nodes.clone_from(&geometry.topology.roots_per_layer);
     let sample = |(index, theta): (usize, &Vec<f64>)| Sample {

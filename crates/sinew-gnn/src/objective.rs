@@ -1,16 +1,13 @@
 //! Objectives of training: data-driven and physics-informed training differ only here.
 
 mod data_fit;
-mod gradient_fit;
 mod minimum_potential;
 
-pub use data_fit::DataFit;
-pub use gradient_fit::GradientOperator;
+pub use data_fit::{DataFit, GradientOperator};
 pub use minimum_potential::{MinimumPotential, Potential};
 
-use burn::tensor::Tensor;
-
 use crate::{DataSet, Result, Sample};
+use burn::tensor::Tensor;
 
 /// A loss of predicted displacements. [`Objective::check`] requires that it suits the data.
 ///

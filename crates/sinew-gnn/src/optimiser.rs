@@ -2,17 +2,16 @@
 
 mod update;
 
-use std::collections::BTreeMap;
+pub(crate) use update::collect;
 
 use crate::fused::{momentum_direction, orthogonalise};
+use crate::graph_network::GraphNetwork;
 use burn::optim::GradientsParams;
 use burn::tensor::Tensor;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-pub(crate) use update::collect;
+use std::collections::BTreeMap;
 use update::{Moments, Update, apply, bias_correction, squared_norm};
-
-use crate::graph_network::GraphNetwork;
 
 /// A choice of optimiser, as stored in configurations and checkpoints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

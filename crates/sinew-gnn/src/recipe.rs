@@ -5,8 +5,7 @@ mod data_driven;
 mod physics_informed;
 
 pub use crate::optimiser::OptimiserConfig;
-pub use crate::schedule::Schedule;
-pub use crate::training::TrainingConfig;
+pub use crate::training::{Schedule, TrainingConfig};
 pub use auto::Auto;
 pub use data_driven::DataDriven;
 pub use physics_informed::PhysicsInformed;

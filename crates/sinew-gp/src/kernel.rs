@@ -3,8 +3,7 @@
 mod check;
 mod formula;
 mod shapes;
-pub(crate) mod simd;
-mod table;
+pub(crate) mod table;
 
 pub use check::check_kernel;
 pub use formula::Formula;

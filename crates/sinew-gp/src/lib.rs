@@ -101,7 +101,6 @@ mod semilinear;
 mod series;
 
 pub use error::GpError;
-use error::Result;
 pub use evidence::{Evaluation, Evidence};
 pub use fit::warning::Warning;
 pub use fit::{Fit, FitOptions, Outcome, Restart};
@@ -114,8 +113,7 @@ pub use model::data::{Data, Noise};
 pub use model::parameter::{FreeParameter, Hyperprior};
 pub use posterior::conditional::{Conditional, Prediction};
 pub use posterior::ensemble::Ensemble;
-pub use posterior::laplace::{ensemble, laplace};
-pub use posterior::nuts::{NutsOptions, nuts};
+pub use posterior::laplace::{NutsOptions, ensemble, laplace, nuts};
 pub use prior::Prior;
 pub use prior::constraint::{Constraints, Feature, constraints};
 pub use problem::Problem;
@@ -127,3 +125,5 @@ pub use problem::operator::{Derivative, MOST_DERIVATIVES, Operator, Parameter, T
 pub use problem::polygon::Polygon;
 pub use semilinear::{SemiLinear, Solution};
 pub use series::Series;
+
+use error::Result;

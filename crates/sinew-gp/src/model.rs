@@ -3,7 +3,6 @@
 mod averages;
 pub(crate) mod compile;
 pub(crate) mod data;
-mod lengths;
 pub(crate) mod parameter;
 
 use crate::evidence::gram::PairPlan;

@@ -28,21 +28,15 @@
 #[macro_use]
 mod error;
 mod augment;
-mod config;
 mod features;
 mod kmeans;
-mod matrix;
-mod neighbours;
-mod pool;
 mod positions;
-mod statistics;
 mod topology;
 
-pub use augment::augment;
-pub use config::AugmentationConfig;
+pub use augment::{AugmentationConfig, augment};
 pub use error::GraphError;
-pub use features::{GraphFeatures, graph_features};
-pub use matrix::FeatureMatrix;
-pub use pool::{pool_features, pool_positions};
-pub use statistics::{ColumnStatistics, FeatureStatistics};
+pub use features::{
+    ColumnStatistics, FeatureMatrix, FeatureStatistics, GraphFeatures, graph_features,
+};
+pub use positions::{pool_features, pool_positions};
 pub use topology::Topology;

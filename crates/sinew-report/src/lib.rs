@@ -40,15 +40,13 @@ mod picture;
 mod render;
 mod report;
 mod summary;
-mod surface;
 mod table;
 mod viewer;
 
 pub use distribution::{Distribution, density};
 pub use error::ReportError;
-pub use picture::{Chart, Figure, Level, Map, Panel, Series, Style};
+pub use picture::{Chart, Figure, Level, Map, Panel, Series, Style, SurfaceCase, Surfaces};
 pub use report::{Block, Provenance, Report, SCHEMA, Section};
-pub use surface::{SurfaceCase, Surfaces};
 pub use table::{Cell, Column, Row, Table, Value, Verdict};
 pub use viewer::{
     LineSegments, Model, Packed, PackedRow, Quantity, Slider, Source, Viewer, ViewerCase,

@@ -2,14 +2,13 @@
 
 mod chart;
 mod map;
-mod palette;
 mod table;
 
 use crate::format::{digits, seconds};
 use crate::viewer::{self, Packed, Quantity, Source, Viewer, ViewerCase};
 use crate::{Block, Figure, Panel, Report, Section, Surfaces};
+use chart::Palette;
 use maud::{Markup, Render, html};
-use palette::Palette;
 
 const STYLE: &str = include_str!("render/style.css");
 

@@ -1,7 +1,7 @@
-//! The normal approximation of a density at its mode.
+//! A density with its gradient, and its normal approximation at a mode.
 
 use crate::error::SampleError;
-use crate::{LogDensity, standard_normals};
+use crate::standard_normals;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rand::Rng;
 
@@ -101,4 +101,13 @@ impl Laplace {
         };
         (0..count).map(draw).collect()
     }
+}
+
+/// Logarithm of a density over ℝⁿ, up to a constant, with its gradient.
+pub trait LogDensity: Sync {
+    /// Number of parameters n.
+    fn dimension(&self) -> usize;
+
+    /// Logarithm at `x`, −∞ outside the domain; `gradient` is written where it is finite.
+    fn value_and_gradient(&self, x: &[f64], gradient: &mut [f64]) -> f64;
 }

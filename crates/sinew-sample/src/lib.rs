@@ -30,23 +30,17 @@
 //! ```
 
 mod chains;
-mod density;
 mod error;
 mod laplace;
-mod mixing;
 mod nuts;
 mod pareto;
-mod quantiles;
 mod seed;
 mod write;
 
-pub use chains::{Chains, Summary};
-pub use density::LogDensity;
+pub use chains::{Chains, Summary, ess_bulk, ess_tail, quantile, r_hat};
 pub use error::SampleError;
-pub use laplace::Laplace;
-pub use mixing::{ess_bulk, ess_tail, r_hat};
+pub use laplace::{Laplace, LogDensity};
 pub use nuts::{NutsOptions, nuts, nuts_from};
 pub use pareto::{Smoothed, effective_share, psis};
-pub use quantiles::quantile;
 pub use seed::{split_seed, standard_normals};
 pub use write::{ArvizDict, write_csv};

@@ -1,6 +1,6 @@
 //! All states of a patient at one θ.
 
-use crate::forward::ForwardError;
+use crate::observable::ForwardError;
 use sinew_energy::{Body, ThetaError};
 use sinew_fem::{Solution, SolveError, UnloadError, Unloaded};
 use thiserror::Error;

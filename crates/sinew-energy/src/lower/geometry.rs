@@ -1,9 +1,10 @@
-//! Shape functions at the quadrature points of a mesh.
+//! Shape functions at the quadrature points of a mesh, and cells that lie over each other.
 
 use super::own_rule;
+use crate::error::listed;
 use crate::{Scene, SceneError};
-use sinew_mesh::{Mesh, QuadraturePoint};
-use sinew_num::{cross, dot3};
+use sinew_mesh::{Mesh, QuadraturePoint, folded_facets};
+use sinew_num::{ascending, cross, dot3};
 
 /// Gradients of the shape functions at each quadrature point, and the volumes that the points stand for.
 #[expect(clippy::type_complexity, reason = "the two arrays of Body")]
@@ -97,4 +98,23 @@ pub(crate) fn orthonormalise(vectors: &mut [[f64; 3]]) -> Option<(usize, f64)> {
         }
     }
     short
+}
+
+/// Checks that no two cells lie on the same side of a facet.
+pub(super) fn check_overlaps<const N: usize>(mesh: &Mesh<N>) -> Result<(), SceneError> {
+    let folds = folded_facets(mesh);
+    let Some(pair) = folds.first() else { return Ok(()) };
+    let cells = pair.map(|facet| facet.cell);
+    let corners = mesh.nodes_of_facet(pair[0]).take(Mesh::<N>::ELEMENT.facet_corners);
+    let [first, second] = cells.map(|cell| ascending(mesh.cells[cell]));
+    let advice = if first == second {
+        "they are one cell listed twice: remove one"
+    } else {
+        "one is folded over the other, the mesh is tangled there: move their nodes apart, or mesh the body anew"
+    };
+    Err(SceneError::Body(format!(
+        "cells {} lie on the same side of the facet with nodes {}; {advice}",
+        cells.map(|cell| cell.to_string()).join(" and "),
+        listed(&ascending(corners))
+    )))
 }

@@ -10,8 +10,8 @@ use crate::fused::mlp_kernel::{
     Activations, FirstLayer, Parameters, Source, multiply_in_parallel, second_layer, split_off,
     tile_rows,
 };
+use crate::fused::moments::transposed;
 use crate::fused::normalise::{Normalisation, pull_back_normalisation};
-use crate::fused::orthogonalise::transposed;
 use crate::fused::pool::{Buffer, LINE};
 use crate::fused::product::{Panels, Start, add_transposed_product, multiply};
 use crate::fused::rows::{add_gathered_rows, add_into, add_rows_into, add_up};

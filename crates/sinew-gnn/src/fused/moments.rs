@@ -1,5 +1,7 @@
-//! Running moments of gradients, the inner loops of Adam and of momentum.
+//! Inner loops of optimisers: running moments of gradients, and the Newton–Schulz iteration of Muon.
 
+use crate::fused::pool::Buffer;
+use crate::fused::product::{Panels, Start, gram, multiply};
 use crate::fused::simd::{multiply_add, vectorised};
 
 /// Rule that turns a gradient into a direction of change, for one step of Adam.
@@ -63,4 +65,74 @@ vectorised! {
             *x -= step * *d;
         }
     }
+}
+
+/// Iterations; five bring singular values from 10⁻² to near one.
+const ITERATIONS: usize = 5;
+/// Coefficients of `σ ↦ a σ + b σ³ + c σ⁵`, which has the steepest slope at zero among those
+/// that map [0, 1] near one (Jordan et al., Muon, 2024).
+const COEFFICIENTS: [f32; 3] = [3.4445, -4.775, 2.0315];
+/// Norm below which a matrix counts as zero and is left small.
+const SMALLEST_NORM: f64 = 1e-7;
+
+/// Replaces a matrix `U S Vᵀ`, whose rows have `columns` numbers, by nearly `U Vᵀ`, with singular values between about 0.7 and 1.2:
+/// the update direction of Muon. Zero stays zero. Newton–Schulz steps: with X tall, `A = Xᵀ X` and `X ← X (a I + b A + c A²)`; a wide X is
+/// transposed before and after.
+///
+/// ```
+/// let mut update = vec![3.0, 0.0, 0.0, -1e-1];
+/// sinew_gnn::fused::orthogonalise(&mut update, 2);
+/// assert!((0.65..1.3).contains(&update[0]) && (-1.3..-0.65).contains(&update[3]));
+/// ```
+pub fn orthogonalise(values: &mut Vec<f32>, columns: usize) {
+    if values.is_empty() {
+        return;
+    }
+    let rows = values.len() / columns;
+    let norm = values.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
+    // Not `max`, which would hide a NaN.
+    let scale = if norm < SMALLEST_NORM { SMALLEST_NORM } else { norm }.recip();
+    for x in values.iter_mut() {
+        *x = (f64::from(*x) * scale) as f32;
+    }
+    if rows < columns {
+        *values = transposed(values, columns);
+    }
+    let size = rows.min(columns);
+    let (mut first, mut square) = (Buffer::take(size * size), Buffer::take(size * size));
+    let mut next = vec![0.0; values.len()];
+    for _ in 0..ITERATIONS {
+        gram(values, size, &mut first);
+        // Symmetric, hence its own Gram matrix is its square.
+        gram(&first, size, &mut square);
+        polynomial(size, &first, &mut square);
+        multiply(values, &Panels::new(&square, size), Start::Zero, &mut next);
+        std::mem::swap(values, &mut next);
+    }
+    if rows < columns {
+        *values = transposed(values, rows);
+    }
+}
+
+vectorised! {
+    /// `square = a I + b gram + c square`.
+    fn polynomial<FUSED>(size: usize, gram: &[f32], square: &mut [f32]) {
+        let [a, b, c] = COEFFICIENTS;
+        for (x, g) in square.iter_mut().zip(gram) {
+            *x = c * *x + b * g;
+        }
+        for x in square.iter_mut().step_by(size + 1) {
+            *x += a;
+        }
+    }
+}
+
+/// Transpose of a matrix with rows of `columns` numbers.
+pub(crate) fn transposed(matrix: &[f32], columns: usize) -> Vec<f32> {
+    let rows = matrix.len() / columns.max(1);
+    let mut result = Vec::with_capacity(matrix.len());
+    for column in 0..columns {
+        result.extend((0..rows).map(|row| matrix[row * columns + column]));
+    }
+    result
 }

@@ -3,7 +3,7 @@
 use super::{Meaning, Plan};
 use crate::{
     Backend, Concern, DataSet, Error, Geometry, HistoryPoint, Result, Scales, Surrogate, Trainer,
-    TrainingConfig, TrainingObserver, TrainingProgress, TrainingReport, coordinates, features,
+    TrainingConfig, TrainingObserver, TrainingProgress, TrainingReport, coordinates, data,
 };
 use sinew_emulate::parts::{Session, expand, scaling, with_anchors};
 use sinew_emulate::store::{read_json, write_json};
@@ -98,7 +98,7 @@ impl<'c, 'a, 'b> Course<'c, 'a, 'b> {
         let tried = &thetas[..thetas.len().min(TRIED)];
         let mut solver = Solver::new(session.body)?;
         let (motions, first) = expand(&mut solver, motions, tried)?;
-        features::add_features(geometry, &first)?;
+        data::add_features(geometry, &first)?;
         let TrainingOptions { anchors, seed, .. } = *session.options;
         let motions = with_anchors(&mut solver, motions, anchors, seed, session.observer)?;
         Ok(Meaning::Motions(motions))

@@ -4,7 +4,7 @@
 //! stationary kernel the last factor is (−1)^|β′| G_{β+β′} with the derivatives G in the difference.
 
 use crate::Formula;
-use crate::kernel::simd::lane_sum;
+use crate::kernel::table::lane_sum;
 use crate::kernel::{Hermites, MOST_PAIRS, Orders, Request};
 use crate::prior::Part;
 use crate::prior::coefficients::{PointCoefficients, position};

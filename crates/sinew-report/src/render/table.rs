@@ -1,7 +1,7 @@
 //! Errors beside times, with verdicts.
 
-use super::palette::Palette;
 use crate::format::{count, digits, seconds, trimmed};
+use crate::render::chart::Palette;
 use crate::summary::against;
 use crate::{Row, Table, Value};
 use maud::{Markup, html};
