@@ -7,5 +7,4 @@ mod fenics;
 pub mod options;
 pub(crate) mod recipes;
 pub mod run;
-pub mod samples;
 pub mod scenes;

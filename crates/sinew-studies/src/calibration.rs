@@ -5,11 +5,8 @@
 mod coverage;
 mod ecdf;
 mod exactness;
-mod metropolis;
 pub mod options;
-mod patients;
 mod reference;
-mod row;
 mod springs;
 
 use crate::program::Growing;

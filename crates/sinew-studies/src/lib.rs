@@ -2,7 +2,7 @@
 //!
 //! Each is a list of scenes and a report: [`beams`] (`cargo xtask reproduce-beam`), [`organs`] (`reproduce-organs`), [`populations`]
 //! (`reproduce-populations`), [`gp`] (`reproduce-gp`), [`calibration`] (`reproduce-calibration`), [`coverage`] (`coverage-estimates`), [`verify`]
-//! (`verify`). [`thesis`] holds all printed figures against their reports. [`program`], [`manifest`] and [`timing`] are what they share. [`measure`]
+//! (`verify`). [`thesis`] holds all printed figures against their reports. [`program`] and [`timing`] are what they share. [`measure`]
 //! prints single measurements that documents cite.
 
 pub mod beams;
@@ -10,7 +10,6 @@ pub mod calibration;
 pub mod coverage;
 pub mod gp;
 mod hearts;
-pub mod manifest;
 pub mod measure;
 pub mod organs;
 pub mod populations;

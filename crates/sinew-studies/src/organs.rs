@@ -7,7 +7,6 @@
 mod cubes;
 pub(crate) mod newcomers;
 pub mod options;
-mod parts;
 mod rates;
 pub mod reproduce;
 mod run;

@@ -1,6 +1,5 @@
-//! Shared parts of the study programs: reports, kept results, test cases, trainings, exit, names of choices, random numbers.
+//! Shared parts of the study programs: reports with their provenance, kept results, test cases, trainings, exit, names of choices, random numbers.
 
-use crate::manifest;
 use anyhow::{Context, Result, ensure};
 use clap::ValueEnum;
 use rand::Rng;
@@ -10,7 +9,7 @@ use sinew_emulate::{
 };
 use sinew_energy::{Parameter, Sampling};
 use sinew_mesh::{FieldValues, read_npy};
-use sinew_report::{Report, Section};
+use sinew_report::{Provenance, Report, Section};
 use sinew_sample::standard_normals;
 use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
@@ -68,7 +67,7 @@ impl Growing {
             }
             false => about,
         };
-        let report = Report::new(title, about, manifest::of_this_run(seed, options)?);
+        let report = Report::new(title, about, of_this_run(seed, options)?);
         Ok(Self { report, start: Instant::now(), headline })
     }
 
@@ -165,4 +164,37 @@ pub(crate) fn standard_normal(random: &mut impl Rng) -> f64 {
 /// Name of a choice on the command line.
 pub(crate) fn key(choice: impl ValueEnum) -> String {
     choice.to_possible_value().map_or_else(String::new, |value| value.get_name().into())
+}
+
+/// Packages that numbers depend on.
+const NUMERIC: &[&str] = &[
+    "sinew-studies",
+    "sinew-gp",
+    "burn",
+    "burn-flex",
+    "faer",
+    "kiddo",
+    "linfa-clustering",
+    "nalgebra",
+    "rand_chacha",
+];
+
+/// Manifest of the running program, with the versions in the lock file it was built with.
+pub fn of_this_run(seed: u64, config: &impl serde::Serialize) -> anyhow::Result<Provenance> {
+    let mut provenance = Provenance::of_this_run("cargo xtask", env!("CARGO_MANIFEST_DIR"));
+    let mut name = "";
+    for line in include_str!("../../../Cargo.lock").lines() {
+        let quoted = |key: &str| line.strip_prefix(key)?.strip_prefix(" = \"")?.strip_suffix('"');
+        if let Some(found) = quoted("name") {
+            name = found;
+        } else if let Some(version) = quoted("version").filter(|_| NUMERIC.contains(&name)) {
+            provenance.versions.insert(name.into(), version.into());
+        }
+    }
+    Ok(Provenance {
+        seed: Some(seed),
+        threads: rayon::current_num_threads(),
+        config: toml::to_string_pretty(config)?,
+        ..provenance
+    })
 }

@@ -7,7 +7,6 @@ pub mod compare;
 mod counts;
 pub mod filled;
 pub mod page;
-pub mod picture;
 pub mod printed;
 pub mod run;
 pub mod stored;

@@ -1,6 +1,6 @@
 //! Our solver against an independent program on the same mesh: what the truth of all other rows rests on.
 
-use crate::beams::samples;
+use crate::beams::scenes;
 use crate::beams::scenes::Beam;
 use crate::program;
 use anyhow::{Context, Result};
@@ -63,7 +63,7 @@ pub(crate) fn compare(beam: &Beam, body: &Body, times: [f64; 3]) -> Result<Found
         let row = Row::new(method, 0.0, times[0])?.time(times[1]);
         let reference = "FEniCS on the same mesh (fixtures/beam)".into();
         table.push(Row { errors, about: about.into(), reference, ..row })?;
-        lines += &samples::lines(beam.name, method, &independent.thetas, &cases)?;
+        lines += &scenes::lines(beam.name, method, &independent.thetas, &cases)?;
     }
     Ok(Found { table, samples: lines, discretisation_mm })
 }

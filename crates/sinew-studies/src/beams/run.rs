@@ -3,7 +3,7 @@
 use crate::beams::options::BeamOptions;
 use crate::beams::recipes::{self, Samples};
 use crate::beams::scenes::{BEAMS, Beam};
-use crate::beams::{fenics, samples};
+use crate::beams::{fenics, scenes};
 use crate::program::Growing;
 use crate::{program, timing};
 use anyhow::{Context, Result, ensure};
@@ -92,7 +92,7 @@ fn run_scene(options: &BeamOptions, beam: &Beam, lines: &mut String) -> Result<(
     let mut comparison = Comparison::new(&test)?;
     let mut shown = Vec::new();
     if lines.is_empty() {
-        *lines = samples::head(&body.parameters);
+        *lines = scenes::head(&body.parameters);
     }
     let mut found = vec![("fem", test.fields.clone())];
     for (key, recipe) in recipes::recipes(options) {
@@ -102,7 +102,7 @@ fn run_scene(options: &BeamOptions, beam: &Beam, lines: &mut String) -> Result<(
         let cases = comparison.add(key, &emulator, &test, CORRECTIONS)?;
         let last = comparison.methods.last().context("a method was added")?;
         store::write_json(&folder.join("evaluation.json"), &last.evaluation)?;
-        *lines += &samples::lines(beam.name, key, &test.thetas, &cases)?;
+        *lines += &scenes::lines(beam.name, key, &test.thetas, &cases)?;
         shown.extend(median_and_worst(&cases));
         found.push((key, emulator.predict(&test.thetas)?.fields()));
     }

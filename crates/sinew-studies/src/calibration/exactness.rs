@@ -1,18 +1,23 @@
 //! Posteriors against brute force, with a bad emulator and adaptive Metropolis beside.
+//!
+//! Adaptive Metropolis on the solver: H. Haario, E. Saksman and J. Tamminen (Bernoulli, 2001).
 
-use super::metropolis;
-use super::options::Options;
-use super::patients::{self, Synthetic};
-use super::reference::Reference;
-use super::row::{listing, row};
+use super::options::{Options, listing, row};
+use super::reference::{Reference, weight};
+use super::{coverage, reference};
+use crate::calibration::coverage::Synthetic;
 use crate::program;
 use anyhow::{Result, anyhow};
+use nalgebra::{Cholesky, DMatrix, DVector};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use sinew::Prepared;
 use sinew_calibrate::{
-    CalibrateError, CalibrateOptions, Patient, Solves, calibrate, check_identifiability,
+    CalibrateError, CalibrateOptions, Forward, Mode, Patient, Problem, Solves, calibrate,
+    check_identifiability,
 };
 use sinew_report::{Block, Cell, Section};
-use sinew_sample::{ess_bulk, ess_tail};
+use sinew_sample::{ess_bulk, ess_tail, split_seed, standard_normals};
 use std::time::Instant;
 
 /// Cells of the patient with two unknown parameters, points of the grid along each, and draws that are compared.
@@ -38,7 +43,7 @@ const HEAD: [&str; 8] = [
 /// Two parameters against a grid of solves.
 pub(super) fn grid(options: &Options) -> Result<Section> {
     let (cells, points, draws) = if options.quick { QUICK_GRID } else { GRID };
-    let patient = patients::of_two(options.seed, cells)?;
+    let patient = coverage::of_two(options.seed, cells)?;
     let prepared = patient.file.prepare()?;
     let model = prepared.patient().map_err(|reason| anyhow!(reason))?;
     let file = options.out.join("grid.json");
@@ -64,7 +69,7 @@ pub(super) fn importance(options: &Options) -> Result<Section> {
     let (patients, solves, draws) = if options.quick { QUICK_IMPORTANCE } else { IMPORTANCE };
     let (mut texts, mut rows) = (Vec::new(), Vec::new());
     for number in 0..patients {
-        let (Synthetic { file, .. }, _) = patients::random(options.seed, number, None)?;
+        let (Synthetic { file, .. }, _) = coverage::random(options.seed, number, None)?;
         let prepared = file.prepare()?;
         let model = prepared.patient().map_err(|reason| anyhow!(reason))?;
         let problem = &prepared.problem;
@@ -126,7 +131,7 @@ pub(super) fn rival(options: &Options) -> Result<Section> {
     const HEAD: [&str; 5] = ["bulk ESS", "tail ESS", "solves", "bulk ESS a solve", "time [s]"];
     let ((cells, ..), steps) =
         if options.quick { (QUICK_GRID, QUICK_CHAIN) } else { (GRID, CHAIN) };
-    let patient = patients::of_two(options.seed, cells)?;
+    let patient = coverage::of_two(options.seed, cells)?;
     let prepared = patient.file.prepare()?;
     let model = prepared.patient().map_err(|reason| anyhow!(reason))?;
     let settings = CalibrateOptions { seed: options.seed, ..CalibrateOptions::default() };
@@ -135,8 +140,7 @@ pub(super) fn rival(options: &Options) -> Result<Section> {
     let [_, bulk, tail] = posterior.coordinates.mixing();
     let c = &posterior.correction;
     let clock = Instant::now();
-    let (chain, made) =
-        metropolis::chain(&prepared.problem, &model, &posterior.mode, steps, options.seed);
+    let (chain, made) = chain(&prepared.problem, &model, &posterior.mode, steps, options.seed);
     let of = |ess: fn(&[Vec<f64>]) -> f64| {
         let parameter = |at: usize| vec![chain.iter().map(|y| y[at]).collect::<Vec<f64>>()];
         (0..2).map(|at| ess(&parameter(at))).fold(f64::INFINITY, f64::min)
@@ -157,4 +161,56 @@ pub(super) fn rival(options: &Options) -> Result<Section> {
     let title = "Effective draws a solve; adaptive Metropolis (Haario et al. 2001) starts at the mode with the Laplace covariance";
     let blocks = vec![listing(title, "method", &HEAD, rows)];
     Ok(Section { name: "rival".into(), title: "Adaptive Metropolis beside".into(), blocks })
+}
+
+/// Steps between two updates of the proposals' covariance.
+const EVERY: usize = 50;
+/// Steps that are not kept.
+const BURN_IN: usize = 100;
+/// Added to variances, so that they stay positive.
+const NUGGET: f64 = 1e-6;
+const STREAM: u64 = 0x414d;
+
+/// A chain of coordinates that starts at a mode with proposals of its covariance, and the solves that it made.
+pub(super) fn chain(
+    problem: &Problem,
+    model: &dyn Forward,
+    mode: &Mode,
+    steps: usize,
+    seed: u64,
+) -> (Vec<Vec<f64>>, usize) {
+    let count = problem.unknowns.len();
+    let mut random = ChaCha8Rng::seed_from_u64(split_seed(seed, STREAM));
+    let density = |y: &[f64]| weight(problem, model, y).unwrap_or(f64::NEG_INFINITY);
+    // The best scale of a normal target in so many dimensions (Gelman, Roberts and Gilks, 1996).
+    let scale = 2.38 * 2.38 / count as f64;
+    let mut covariance = reference::covariance(mode);
+    let mut now = mode.y[..count].to_vec();
+    let mut height = density(&now);
+    let mut all = vec![now.clone()];
+    for step in 0..steps {
+        if step >= BURN_IN && step % EVERY == 0 {
+            covariance = of(&all);
+        }
+        let Some(factor) = Cholesky::new(scale * &covariance) else { break };
+        let z = DVector::from_vec(standard_normals(count, &mut random));
+        let moved = factor.l() * z;
+        let next: Vec<f64> = now.iter().zip(moved.iter()).map(|(y, d)| y + d).collect();
+        let other = density(&next);
+        if random.random::<f64>().ln() < other - height {
+            (now, height) = (next, other);
+        }
+        all.push(now.clone());
+    }
+    (all[BURN_IN.min(all.len() - 1)..].to_vec(), steps + 1)
+}
+
+fn of(all: &[Vec<f64>]) -> DMatrix<f64> {
+    let (count, draws) = (all[0].len(), all.len() as f64);
+    let mean = |at: usize| all.iter().map(|y| y[at]).sum::<f64>() / draws;
+    let means: Vec<f64> = (0..count).map(mean).collect();
+    DMatrix::from_fn(count, count, |i, j| {
+        let sum: f64 = all.iter().map(|y| (y[i] - means[i]) * (y[j] - means[j])).sum();
+        sum / (draws - 1.0) + if i == j { NUGGET } else { 0.0 }
+    })
 }

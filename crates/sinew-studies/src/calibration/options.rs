@@ -1,7 +1,8 @@
-//! Command line.
+//! Options and parts of the study, and rows of its listings.
 
 use clap::{Parser, ValueEnum};
 use serde::{Deserialize, Serialize};
+use sinew_report::{Block, Cell};
 use std::path::PathBuf;
 
 /// Calibrate synthetic patients: coverage of intervals, and distance from brute force.
@@ -48,4 +49,24 @@ impl Options {
     pub fn wants(&self, part: Part) -> bool {
         self.only.is_empty() || self.only.contains(&part)
     }
+}
+
+/// A row of a listing, which is printed too.
+pub(super) fn row(name: &str, head: &[&str], numbers: &[f64]) -> Vec<Cell> {
+    let said = head.iter().zip(numbers).filter(|(_, number)| !number.is_nan());
+    let said: Vec<String> = said.map(|(head, number)| format!("{head} {number:.3}")).collect();
+    println!("{name}: {}", said.join(", "));
+    let cell = |number: &f64| if number.is_nan() { Cell::default() } else { Cell::from(*number) };
+    std::iter::once(Cell::from(name)).chain(numbers.iter().map(cell)).collect()
+}
+
+/// A listing whose rows have a name and a number under each of some heads.
+pub(super) fn listing(
+    title: impl Into<String>,
+    first: &str,
+    names: &[&str],
+    rows: Vec<Vec<Cell>>,
+) -> Block {
+    let head = [first].iter().chain(names).map(|name| name.to_string()).collect();
+    Block::Listing { title: title.into(), head, rows }
 }

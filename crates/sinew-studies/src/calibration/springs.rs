@@ -1,9 +1,8 @@
 //! Models with the wrong springs: patients with a pericardium that are calibrated without one, and the reverse.
 
-use super::coverage::{LEVELS, VOLUMES, calibrated, held, ranks};
-use super::options::Options;
-use super::patients::{self, NAMES, Synthetic};
-use super::row::{listing, row};
+use super::coverage::{LEVELS, NAMES, Synthetic, VOLUMES, calibrated, held, ranks};
+use super::options::{Options, listing, row};
+use crate::calibration::coverage;
 use crate::program;
 use anyhow::{Result, anyhow, ensure};
 use serde::{Deserialize, Serialize};
@@ -59,7 +58,7 @@ pub(super) fn section(options: &Options) -> Result<Section> {
             let both: [Outcome; 2] =
                 program::kept(&options.out.join(name), options.resume, || {
                     let springs = Some(STIFFNESS[truth]);
-                    let (patient, _) = patients::random(options.seed, number, springs)?;
+                    let (patient, _) = coverage::random(options.seed, number, springs)?;
                     Ok([
                         one(options, &patient, truth, 0, number)?,
                         one(options, &patient, truth, 1, number)?,

@@ -1,18 +1,17 @@
 //! A ventricle under pressure by Sinew and by the other programs that are installed, on the same meshes in one run.
 
 mod own;
-mod row;
 mod table;
 
 use super::by_size::three;
 use crate::program;
 use anyhow::{Context, Result, ensure};
 use clap::ValueEnum;
-use row::{Outcome, Own, Row, Solved};
 use sinew_emulate::store;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use table::{Outcome, Own, Row, Solved};
 
 /// Largest difference of energies at equal quadrature \[relative\]: what Newton's method leaves at a residual of 1e-9 is far below.
 const BAR: f64 = 1e-10;

@@ -1,8 +1,8 @@
 //! The twisting cube on the thesis' five meshes (Table 3.2): one network goes from the coarsest to the finest.
 
 use crate::organs::options::Options;
-use crate::organs::parts::{CUBES as KEY, MESHES, Mesh};
 use crate::organs::run::{begin, test_set, train};
+use crate::organs::scenes::{CUBES as KEY, MESHES, Mesh};
 use crate::program;
 use crate::timing::peak_kb;
 use anyhow::{Context, Result};

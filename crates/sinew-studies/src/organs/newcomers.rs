@@ -2,9 +2,8 @@
 
 use crate::hearts::{self, Surfaces};
 use crate::organs::options::Options;
-use crate::organs::parts::{NEWCOMER_S, NEWCOMERS as KEY, SHAPES, Shape, Source};
 use crate::organs::run::{CORRECTIONS, begin, case, same, test_set, train};
-use crate::organs::scenes::ORGANS;
+use crate::organs::scenes::{NEWCOMER_S, NEWCOMERS as KEY, ORGANS, SHAPES, Shape, Source};
 use crate::program;
 use anyhow::{Context, Result, ensure};
 use nalgebra::{Rotation3, Vector3};

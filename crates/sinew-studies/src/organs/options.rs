@@ -1,7 +1,6 @@
 //! Command line.
 
-use crate::organs::parts::PARTS;
-use crate::organs::scenes::ORGANS;
+use crate::organs::scenes::{ORGANS, PARTS};
 use clap::Parser;
 use serde::{Deserialize, Serialize};
 use sinew::case::RecipeName;

@@ -1,8 +1,8 @@
 //! Learning rates (thesis B.1): four beams trained by energy at several rates, in the thesis' way and in ours.
 
 use crate::organs::options::Options;
-use crate::organs::parts::{BEAMS, OURS, RATE_S, RATES as KEY, THESIS};
 use crate::organs::run::{QUICK, begin, train};
+use crate::organs::scenes::{BEAMS, OURS, RATE_S, RATES as KEY, THESIS};
 use crate::program;
 use anyhow::Result;
 use serde::{Deserialize, Serialize};

@@ -1,9 +1,8 @@
 //! The study of organs, from the command line to the report.
 
 use crate::organs::options::Options;
-use crate::organs::parts::{CUBES, NEWCOMERS, PARTS, RATES};
 use crate::organs::run::section;
-use crate::organs::scenes::{ORGANS, Organ};
+use crate::organs::scenes::{CUBES, NEWCOMERS, ORGANS, Organ, PARTS, RATES};
 use crate::organs::{cubes, newcomers, rates};
 use crate::program::Growing;
 use anyhow::{Context, Result, bail};

@@ -2,8 +2,7 @@
 
 use super::compare::Runs;
 use super::filled::{PAGES, fill};
-use super::page::page;
-use super::picture::picture;
+use super::page::{page, picture};
 use super::printed::{Run, Table, thesis};
 use super::stored::Stored;
 use crate::timing::cpu_seconds_of_children;

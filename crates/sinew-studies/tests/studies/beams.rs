@@ -96,7 +96,7 @@ fn nothing_to_resume_is_said() {
 mod samples {
     use sinew_emulate::CaseErrors;
     use sinew_energy::Parameter;
-    use sinew_studies::beams::samples::{head, lines};
+    use sinew_studies::beams::scenes::{head, lines};
 
     #[test]
     fn one_line_per_case_under_its_head() {
@@ -142,7 +142,7 @@ mod both_beams {
 }
 
 mod manifest {
-    use sinew_studies::manifest::of_this_run;
+    use sinew_studies::program::of_this_run;
 
     #[test]
     fn the_pinned_tensor_library_is_named() {

@@ -3,7 +3,7 @@
 use sinew_studies::thesis::compare::{Standing, compare};
 use sinew_studies::thesis::filled::{PAGES, fill};
 use sinew_studies::thesis::page::page;
-use sinew_studies::thesis::picture::picture;
+use sinew_studies::thesis::page::picture;
 use sinew_studies::thesis::run::kept;
 use sinew_studies::thesis::thesis;
 use std::process::Command;

@@ -1,9 +1,9 @@
 //! Sinew on one mesh, which is written for the others.
 
 use super::Kind;
-use super::row::{Own, Solved};
 use crate::measure::by_size::peak_gb;
 use crate::measure::mean_ventricle::{BULK_MODULUS, THETA, fibres, scene};
+use crate::measure::rivals::table::{Own, Solved};
 use crate::timing::cpu_seconds_of;
 use anyhow::{Context, Result};
 use sinew_energy::Body;
