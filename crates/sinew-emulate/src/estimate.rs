@@ -5,9 +5,9 @@ pub(crate) mod evaluation;
 
 use crate::estimate::evaluate::share;
 use crate::{Emulator, Error, Prediction, Result, Warning};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_fem::ErrorEstimate;
+use sinew_num::try_in_parallel;
 
 /// Error estimate of a displacement, by Newton steps from it that contract ([`sinew_fem::Solver::error_estimate`]).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -95,8 +95,7 @@ impl Emulator<'_> {
     /// # Errors
     /// A body that cannot be solved at all.
     pub fn estimates(&self, prediction: &Prediction) -> Result<Vec<Estimate>> {
-        let cases = (0..prediction.thetas.len()).into_par_iter();
-        cases.map(|case| self.estimate(prediction, case)).collect()
+        try_in_parallel(0..prediction.thetas.len(), |case| self.estimate(prediction, case))
     }
 
     /// Error estimate of a displacement at θ, found by any method.

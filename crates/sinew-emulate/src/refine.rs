@@ -11,10 +11,9 @@ use crate::parameters::{check_length, extrapolation};
 use crate::predict::taylor;
 use crate::refine::plan::Method;
 use crate::{Body, Emulator, Estimate, Prediction, Result, Warning};
-use rayon::prelude::*;
 use sinew_energy::metrics::mean_and_largest;
-use sinew_fem::{FrozenStiffness, NewtonStep, Refined, Solution, SolveError, Solver, Stop};
-use sinew_num::{difference, dot};
+use sinew_fem::{FrozenStiffness, NewtonStep, Solution, SolveError, Solver, Stop};
+use sinew_num::{difference, dot, try_in_parallel};
 
 /// Rounds of Newton steps at most. Each round about squares the error.
 const MOST_ROUNDS: usize = 3;
@@ -195,8 +194,7 @@ impl<'b> Emulator<'b> {
                 found => found,
             }
         };
-        let refined = thetas.par_iter().enumerate().map(refine);
-        let refined: Vec<Refined> = refined.collect::<std::result::Result<_, _>>()?;
+        let refined = try_in_parallel(thetas.iter().enumerate(), refine)?;
         for (refined, warnings) in refined.iter().zip(&mut prediction.warnings) {
             let residual = refined.unbalanced();
             warnings.extend((residual > UNBALANCED).then_some(Warning::Unbalanced { residual }));

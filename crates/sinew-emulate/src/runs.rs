@@ -11,10 +11,10 @@ use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_energy::Parameter;
 use sinew_mesh::AnyMesh;
+use sinew_num::try_in_parallel;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
@@ -230,7 +230,7 @@ impl RunsEmulator {
             })?;
             Ok(((regression, conditional), (left, errors.concat())))
         };
-        let found: Result<Vec<_>> = outputs.par_iter().map(fit).collect();
+        let found = try_in_parallel(outputs, fit);
         let counter = counter.into_inner().unwrap_or_else(PoisonError::into_inner);
         counter.check()?;
         counter.finish("fitted");
@@ -337,7 +337,7 @@ impl RunsEmulator {
             let conditional = conditional(&regression)?;
             Ok((regression, conditional))
         };
-        let outputs = (0..left_out.len()).into_par_iter().map(output).collect::<Result<_>>()?;
+        let outputs = try_in_parallel(0..left_out.len(), output)?;
         let read = || sinew_mesh::read(folder.join(MESH)).map(|(mesh, _)| mesh);
         let mesh = sealed.contains_key(MESH).then(read).transpose();
         let mesh = mesh.map_err(|error| Error::Refused(error.to_string()))?;

@@ -355,7 +355,7 @@ impl Body {
         let shares = 0..parts.div_ceil(SHARE);
         match self.volumes.len() < LARGE {
             true => shares.map(share).collect(),
-            false => shares.into_par_iter().map(share).collect(),
+            false => in_parallel(shares, share).into_iter().collect(),
         }
     }
 

@@ -4,7 +4,7 @@
 //! gives the energy, over a [`Jet`] also stress and tangent, over a tensor type of another crate the energy of many
 //! elements at once. Beside them, loops for the vector
 //! instructions at hand ([`vectorised!`]), products of vectors, exponents of polynomials, connected components, ordered sets, random numbers,
-//! and, with the feature `threads`, a way to keep the threads of short parallel
+//! and, with the feature `threads`, parallel loops and a way to keep the threads of short parallel
 //! parts awake.
 //!
 //! ```
@@ -24,6 +24,8 @@
 mod connectivity;
 mod mat3;
 mod monomials;
+#[cfg(feature = "threads")]
+mod parallel;
 mod random;
 #[cfg(feature = "threads")]
 mod ready;
@@ -35,6 +37,8 @@ mod vector;
 pub use connectivity::{ascending, cells_of_nodes, connected_cells, connected_components};
 pub use mat3::Mat3;
 pub use monomials::monomials;
+#[cfg(feature = "threads")]
+pub use parallel::{in_parallel, in_tasks, try_in_parallel};
 pub use random::SplitMix64;
 #[cfg(feature = "threads")]
 pub use ready::on_ready_threads;

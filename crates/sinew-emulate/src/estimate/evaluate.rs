@@ -3,10 +3,9 @@
 use crate::error::ensure;
 use crate::sample::simulate::Simulations;
 use crate::{Body, Error, Result};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Barriers, metrics};
-use sinew_num::norm;
+use sinew_num::{in_parallel, norm};
 use std::time::Instant;
 
 /// Test cases with their true displacements.
@@ -144,7 +143,7 @@ impl<'b> TestSet<'b> {
         let guarded = self.body.clone().with_barriers(Barriers::default());
         let free = self.body.free_nodes();
         let case = |case: usize| self.case(&guarded, case, &fields[case], &free);
-        Ok((0..expected).into_par_iter().map(case).collect())
+        Ok(in_parallel(0..expected, case))
     }
 
     /// Quantiles of the errors of `fields`.

@@ -3,11 +3,10 @@
 use crate::estimate::evaluate::{Errors, TestSet, median, median_seconds, misfits, share};
 use crate::parameters::check_length;
 use crate::{Calibration, Emulator, Result};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_energy::metrics::mean_and_largest;
 use sinew_fem::{NewtonStep, Options, SolveError, Solver};
-use sinew_num::{difference, norm};
+use sinew_num::{difference, norm, try_in_parallel};
 use std::time::Instant;
 
 /// Repetitions behind every prediction time.
@@ -222,7 +221,7 @@ fn ratios(emulator: &Emulator<'_>, test: &TestSet<'_>, fields: &[Vec<f64>]) -> R
         let [mean, _] = mean_and_largest(&apart);
         Ok(Ok([share(in_energy, distance.energy_norm), share(mean, distance.mean)]))
     };
-    fields.par_iter().enumerate().map(judge).collect()
+    try_in_parallel(fields.iter().enumerate(), judge)
 }
 
 /// Quasi-Newton steps of the stage between predictions and Newton steps.

@@ -5,9 +5,8 @@ use crate::predict::{Predictor, taylor};
 use crate::store::record::Record;
 use crate::store::{read_json, write_json};
 use crate::{Body, Emulator, Error, PodRegression, Result};
-use rayon::prelude::*;
 use sinew_fem::FrozenStiffness;
-use sinew_num::difference;
+use sinew_num::{difference, try_in_parallel};
 use std::path::Path;
 
 const FILE: &str = "taylor.json";
@@ -87,8 +86,7 @@ impl Predictor for Regressed {
     }
 
     fn predict(&self, body: &Body, thetas: &[Vec<f64>]) -> Result<Vec<f64>> {
-        let fields: Result<Vec<_>> = thetas.par_iter().map(|theta| self.at(body, theta)).collect();
-        Ok(fields?.concat())
+        Ok(try_in_parallel(thetas, |theta| self.at(body, theta))?.concat())
     }
 
     fn regression(&self) -> Option<&PodRegression> {
@@ -160,8 +158,7 @@ impl Predictor for FrozenStiffness<'_> {
     }
 
     fn predict(&self, body: &Body, thetas: &[Vec<f64>]) -> Result<Vec<f64>> {
-        let found = thetas.par_iter().map(|theta| self.descend(body, theta, STEPS));
-        let found: Vec<_> = found.collect::<std::result::Result<_, _>>()?;
+        let found = try_in_parallel(thetas, |theta| self.descend(body, theta, STEPS))?;
         Ok(found.into_iter().flat_map(|refined| refined.displacement).collect())
     }
 

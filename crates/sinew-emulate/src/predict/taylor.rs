@@ -4,10 +4,9 @@ use crate::coordinates::{Anchor, Motions, halves};
 use crate::parameters::{self, in_words};
 use crate::recipe::progress::{Counter, Observer};
 use crate::{Body, Design, Error, Result};
-use rayon::prelude::*;
 use sinew_energy::Barriers;
 use sinew_fem::{Options, SolveError, Solver};
-use sinew_num::{difference, dot};
+use sinew_num::{difference, dot, try_in_parallel};
 
 /// Short name of the recipe, and what it makes.
 pub(crate) const KEY: &str = "taylor";
@@ -117,7 +116,7 @@ fn damped(
         let energy = |(_, motions): &(f64, Motions)| -> Result<f64> {
             Ok(guarded.value(&motions.expansion_at(&at, body)?, theta))
         };
-        let energies: Vec<f64> = tried.par_iter().map(energy).collect::<Result<_>>()?;
+        let energies = try_in_parallel(&tried, energy)?;
         let least = energies.iter().copied().fold(f64::INFINITY, f64::min);
         // Loads that are zero at the centre do no work there: then the energies' own size is the scale.
         let scale = PRECISE * if work > 0.0 { work } else { least.abs() };

@@ -7,9 +7,8 @@ use crate::refine::defects::{Defect, corrected, is_finite, place};
 use crate::refine::plan::{Counted, FEW, Method, Plan, has_branches};
 use crate::refine::{Answer, confirmed, is_far};
 use crate::{Body, Emulator, Error, PodRegression, Result};
-use rayon::prelude::*;
 use sinew_fem::{CHAIN, Options, Refined, SolveError, Solver, Stop, neighbours, sweep};
-use sinew_num::difference;
+use sinew_num::{difference, try_in_parallel};
 use std::time::Instant;
 
 /// Answers between two progress reports: several chains of neighbours.
@@ -214,8 +213,7 @@ impl Found<'_> {
         let mut known = Vec::new();
         for cases in std::iter::once(first).chain(rest.chunks(AT_ONCE)) {
             let chain = |cases: &[usize]| self.chain(cases, guess, &known);
-            let found: Vec<_> = cases.par_chunks(CHAIN).map(chain).collect::<Result<_>>()?;
-            for (answers, defects) in found {
+            for (answers, defects) in try_in_parallel(cases.chunks(CHAIN), chain)? {
                 answers.into_iter().for_each(|(case, answer)| self.answers[case] = Some(answer));
                 known.extend(defects);
             }

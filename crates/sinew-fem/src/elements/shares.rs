@@ -4,9 +4,8 @@ use crate::elements::{
     NodalBlocks, PatchResponse, PredictedStress, Rounding, State, add_pressure, add_stiffness,
     complete, make_convex, replace_stress, turn,
 };
-use rayon::prelude::*;
 use sinew_energy::{Body, Response, with_nodes};
-use sinew_num::Mat3;
+use sinew_num::{Mat3, in_parallel, in_tasks};
 use std::ops::Range;
 
 /// Quadrature points of a share: a fixed division, so that sums do not depend on the number of threads. The stiffnesses of so many tetrahedra take 40 KB.
@@ -20,11 +19,7 @@ const TASK: usize = 512;
 
 /// A value of each of `count` quadrature points, on all threads where they are many.
 pub(crate) fn at_points<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    if count < LARGE {
-        (0..count).map(value).collect()
-    } else {
-        (0..count).into_par_iter().with_min_len(TASK).map(&value).collect()
-    }
+    if count < LARGE { (0..count).map(value).collect() } else { in_tasks(count, TASK, value) }
 }
 
 /// State of a quadrature point. Large bodies have millions: half of the symmetric tangent is stored, without the energy.
@@ -133,7 +128,7 @@ impl Task<'_> {
         let mut computed: Vec<Share> = Vec::new();
         for batch in shares.chunks_mut(AT_ONCE) {
             let before = std::mem::take(&mut computed);
-            let next = || batch.par_iter_mut().map(compute).collect();
+            let next = || in_parallel(batch, compute);
             (computed, ()) = rayon::join(next, || before.into_iter().for_each(&mut add));
         }
         computed.into_iter().for_each(add);

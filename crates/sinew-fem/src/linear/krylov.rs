@@ -1,8 +1,7 @@
 //! Krylov iterations: preconditioned conjugate gradients that notice negative curvature, and GMRES.
 
 use crate::linear::{add, difference, dot, norm, relative};
-use rayon::prelude::*;
-use sinew_num::sum;
+use sinew_num::{in_parallel, sum};
 
 /// Components of a task: a fixed division, so that products do not depend on the number of threads.
 const SHARE: usize = 4096;
@@ -62,13 +61,14 @@ pub(crate) fn conjugate_gradients(
 }
 
 fn update(to: &mut [f64], from: &[f64], change: impl Fn(&mut f64, f64) + Sync) {
-    let pairs = to.par_iter_mut().zip(from).with_min_len(SHARE);
-    pairs.for_each(|(to, &from)| change(to, from));
+    in_parallel(to.chunks_mut(SHARE).zip(from.chunks(SHARE)), |(to, from)| {
+        to.iter_mut().zip(from).for_each(|(to, &from)| change(to, from));
+    });
 }
 
 fn inner_product(a: &[f64], b: &[f64]) -> f64 {
-    let shares = a.par_chunks(SHARE).zip(b.par_chunks(SHARE));
-    sum(&shares.map(|(a, b)| sinew_num::dot(a, b)).collect::<Vec<_>>())
+    let shares = a.chunks(SHARE).zip(b.chunks(SHARE));
+    sum(&in_parallel(shares, |(a, b)| sinew_num::dot(a, b)))
 }
 
 /// Directions that are kept before a restart, each with its image.

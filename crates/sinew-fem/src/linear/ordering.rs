@@ -3,7 +3,7 @@
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMat;
 use faer::sparse::linalg::amd;
-use rayon::prelude::*;
+use sinew_num::in_parallel;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -104,8 +104,7 @@ fn separate(graph: &[Vec<usize>], positions: &[[f64; 3]]) -> Option<Vec<u8>> {
         order.sort_by(|&a, &b| positions[a][axis].total_cmp(&positions[b][axis]));
         Separation::halves(graph, &order)
     };
-    let cuts: Vec<_> = (0..3).into_par_iter().map(cut).collect();
-    let best = cuts.into_iter().min_by_key(Separation::cost)?;
+    let best = in_parallel(0..3, cut).into_iter().min_by_key(Separation::cost)?;
     (!best.cost().0).then_some(best.part)
 }
 

@@ -4,9 +4,8 @@ use super::lu::Entries;
 use crate::linear::{Sparsity, facets_of};
 use crate::unload::state::{Image, Level, PointRate, Tensor};
 use nalgebra::{Matrix3, Vector3};
-use rayon::prelude::*;
 use sinew_energy::{Body, ReferenceSurface};
-use sinew_num::{Mat3, Scalar, Slope, cross, dot3, sub3};
+use sinew_num::{Mat3, Scalar, Slope, cross, dot3, in_parallel, sub3};
 
 /// Number of cells that are computed on all threads before they are added.
 const AT_ONCE: usize = 2048;
@@ -101,8 +100,10 @@ impl Image<'_> {
         for first in (0..matrices).step_by(AT_ONCE) {
             // On all threads, then added one after the other: numbers do not depend on the count of threads.
             let range = first..matrices.min(first + AT_ONCE);
-            let blocks: Option<Vec<_>> = range.into_par_iter().map(of_matrix).collect();
-            blocks?.into_iter().zip(first..).for_each(|(block, index)| add(block, Some(index)));
+            let blocks = in_parallel(range.clone(), of_matrix);
+            for (block, index) in blocks.into_iter().zip(range) {
+                add(block?, Some(index));
+            }
         }
         for surface in &body.reference_loads.surfaces {
             for facet in surface.facets() {

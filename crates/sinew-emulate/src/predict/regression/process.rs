@@ -3,8 +3,7 @@
 use super::design::{Groups, are_independent};
 use super::interpolation::{Basis, Fitted, Interpolation};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, RowDVector};
-use rayon::prelude::*;
-use sinew_num::monomials;
+use sinew_num::{in_parallel, monomials};
 
 /// Bounds and start of the logarithms of the lengths: points have standard deviation 1.
 const LOG_LENGTH: (f64, f64, f64) = (-3.0, 0.7, 5.5);
@@ -172,7 +171,7 @@ pub(super) fn left_out(
         };
         Some(out.into_iter().map(error).collect::<Vec<_>>())
     };
-    let found: Option<Vec<_>> = (0..folds).into_par_iter().map(of_fold).collect();
+    let found: Option<Vec<_>> = in_parallel(0..folds, of_fold).into_iter().collect();
     Some(found?.concat())
 }
 

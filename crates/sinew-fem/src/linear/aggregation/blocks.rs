@@ -1,7 +1,8 @@
 //! Sparse matrices of small dense blocks.
 
 use nalgebra::{RealField, SMatrix};
-use rayon::prelude::*;
+use sinew_num::{in_parallel, in_tasks};
+use std::ops::Range;
 
 /// Rows of one task: a fixed division, so that results do not depend on the number of threads.
 pub(super) const ROWS: usize = 256;
@@ -49,7 +50,7 @@ impl<T: RealField + Copy, const R: usize, const C: usize> BlockMatrix<T, R, C> {
         to: &mut [[T; R]],
         put: impl Fn(&mut [T; R], [T; R]) + Sync,
     ) {
-        to.par_chunks_mut(ROWS).enumerate().for_each(|(chunk, to)| {
+        in_parallel(to.chunks_mut(ROWS).enumerate(), |(chunk, to)| {
             for (inside, to) in to.iter_mut().enumerate() {
                 let mut sum = [T::zero(); R];
                 for (column, block) in self.row(chunk * ROWS + inside) {
@@ -84,11 +85,10 @@ impl<T: RealField + Copy, const R: usize, const C: usize> BlockMatrix<T, R, C> {
         &self,
         right: &BlockMatrix<T, C, E>,
     ) -> BlockMatrix<T, R, E> {
-        let rows = |chunk: usize| chunk * ROWS..self.height().min((chunk + 1) * ROWS);
-        let chunks = 0..self.height().div_ceil(ROWS);
-        let columns_of = |seen: &mut Vec<usize>, chunk: usize| {
+        let columns_of = |rows: Range<usize>| {
+            let mut seen = vec![usize::MAX; right.width];
             let (mut columns, mut ends) = (Vec::new(), Vec::new());
-            for row in rows(chunk) {
+            for row in rows {
                 let first = columns.len();
                 for (middle, _) in self.row(row) {
                     for &column in &right.columns[right.starts[middle]..right.starts[middle + 1]] {
@@ -102,10 +102,8 @@ impl<T: RealField + Copy, const R: usize, const C: usize> BlockMatrix<T, R, C> {
             }
             (columns, ends)
         };
-        let unseen = || vec![usize::MAX; right.width];
-        let patterns: Vec<_> = chunks.into_par_iter().map_init(unseen, columns_of).collect();
         let (mut starts, mut columns) = (vec![0], Vec::<u32>::new());
-        for (chunk_columns, ends) in patterns {
+        for (chunk_columns, ends) in in_parallel(self.chunks(), columns_of) {
             starts.extend(ends.iter().map(|end| columns.len() + end));
             columns.extend(chunk_columns);
         }
@@ -125,26 +123,33 @@ impl<T: RealField + Copy, const R: usize, const C: usize> BlockMatrix<T, R, C> {
         product
     }
 
+    /// Rows in a few chunks for each thread, for tasks with memory of their own.
+    fn chunks(&self) -> impl Iterator<Item = Range<usize>> + use<T, R, C> {
+        let height = self.height();
+        let size = ROWS.max(height.div_ceil(8 * rayon::current_num_threads()));
+        (0..height).step_by(size).map(move |first| first..height.min(first + size))
+    }
+
     /// Calls `change` with each row, its columns and its blocks, and with memory that `make` makes for each task.
-    pub(super) fn change_rows<M: Send>(
+    pub(super) fn change_rows<M>(
         &mut self,
-        make: impl Fn() -> M + Sync + Send,
-        change: impl Fn(&mut M, usize, &[u32], &mut [Block<T, R, C>]) + Sync + Send,
+        make: impl Fn() -> M + Sync,
+        change: impl Fn(&mut M, usize, &[u32], &mut [Block<T, R, C>]) + Sync,
     ) {
-        let (height, mut tasks, mut rest) = (self.height(), Vec::new(), &mut self.blocks[..]);
-        for first in (0..height).step_by(ROWS) {
-            let rows = first..height.min(first + ROWS);
+        let (chunks, mut tasks, mut rest) = (self.chunks(), Vec::new(), &mut self.blocks[..]);
+        for rows in chunks {
             let size = self.starts[rows.end] - self.starts[rows.start];
             let (blocks, others) = rest.split_at_mut(size);
             tasks.push((rows, blocks));
             rest = others;
         }
         let (starts, columns) = (&self.starts, &self.columns);
-        tasks.into_par_iter().for_each_init(make, |memory, (rows, mut blocks)| {
+        in_parallel(tasks, |(rows, mut blocks): (Range<usize>, _)| {
+            let mut memory = make();
             for row in rows {
                 let range = starts[row]..starts[row + 1];
                 let (own, others) = blocks.split_at_mut(range.len());
-                change(memory, row, &columns[range], own);
+                change(&mut memory, row, &columns[range], own);
                 blocks = others;
             }
         });
@@ -154,7 +159,7 @@ impl<T: RealField + Copy, const R: usize, const C: usize> BlockMatrix<T, R, C> {
 impl<const R: usize, const C: usize> BlockMatrix<f64, R, C> {
     /// The matrix in single precision.
     pub(super) fn rounded(&self) -> BlockMatrix<f32, R, C> {
-        let blocks = self.blocks.par_iter().with_min_len(ROWS).map(single).collect();
+        let blocks = in_tasks(self.blocks.len(), ROWS, |block| single(&self.blocks[block]));
         let (starts, columns) = (self.starts.clone(), self.columns.clone());
         BlockMatrix { width: self.width, starts, columns, blocks }
     }

@@ -4,7 +4,7 @@ use super::blocks::{Block, BlockMatrix, ROWS, add_product, definite_inverse, sin
 use crate::linear::Factor;
 use crate::linear::aggregation::pattern::{MODES, groups, tentative};
 use faer::sparse::Triplet;
-use rayon::prelude::*;
+use sinew_num::{in_parallel, in_tasks};
 
 /// Systems with up to this many block rows are factorised.
 const COARSEST: usize = 600;
@@ -90,8 +90,8 @@ impl<const B: usize> Level<B> {
             let (_, block) = matrix.row(row).find(|&(column, _)| column == row)?;
             definite_inverse(block)
         };
-        let inverse_diagonal: Vec<_> =
-            (0..matrix.height()).into_par_iter().map(inverse).collect::<Option<_>>()?;
+        let inverse_diagonal = in_tasks(matrix.height(), ROWS, inverse);
+        let inverse_diagonal: Vec<_> = inverse_diagonal.into_iter().collect::<Option<_>>()?;
         let (mut group, mut count) = groups(matrix, strong);
         if count as f64 > SLOW * matrix.height() as f64 {
             (group, count) = groups(matrix, 0.0);
@@ -138,8 +138,11 @@ impl<const B: usize> Level<B> {
         let last = self.smooth(&mut solution, &mut residual);
         self.matrix.subtract_product(&last, &mut residual);
         let step = self.prolongation.multiply(&coarser(self.restriction.multiply(&residual)));
-        let rows = solution.par_iter_mut().zip(&step).with_min_len(ROWS);
-        rows.for_each(|(to, step)| (0..B).for_each(|i| to[i] += step[i]));
+        let rows = solution.chunks_mut(ROWS).zip(step.chunks(ROWS));
+        in_parallel(rows, |(to, step)| {
+            let components = to.as_flattened_mut().iter_mut().zip(step.as_flattened());
+            components.for_each(|(to, step)| *to += step);
+        });
         self.matrix.subtract_product(&step, &mut residual);
         self.smooth(&mut solution, &mut residual);
         solution
@@ -156,13 +159,15 @@ impl<const B: usize> Level<B> {
             let k = degree as f32;
             let keep = if degree == 1 { 0.0 } else { (2.0 * k - 3.0) / (2.0 * k + 1.0) };
             let gain = (8.0 * k - 4.0) / (2.0 * k + 1.0) / self.largest_eigenvalue;
-            let right = residual.par_iter().zip(&self.inverse_diagonal);
-            let rows = step.par_iter_mut().zip(&mut *solution).zip(right).with_min_len(ROWS);
-            rows.for_each(|((step, solution), (residual, inverse))| {
-                let correction = times(inverse, residual);
-                for i in 0..B {
-                    step[i] = keep * step[i] + gain * correction[i];
-                    solution[i] += step[i];
+            let rows = step.chunks_mut(ROWS).zip(solution.chunks_mut(ROWS)).enumerate();
+            in_parallel(rows, |(chunk, (step, solution))| {
+                let rows = step.iter_mut().zip(solution).zip(ROWS * chunk..);
+                for ((step, solution), row) in rows {
+                    let correction = times(&self.inverse_diagonal[row], &residual[row]);
+                    for i in 0..B {
+                        step[i] = keep * step[i] + gain * correction[i];
+                        solution[i] += step[i];
+                    }
                 }
             });
         }
@@ -187,8 +192,7 @@ fn largest_eigenvalue<const B: usize>(
         let scale = 1.0 / norm(&vector);
         vector.as_flattened_mut().iter_mut().for_each(|x| *x *= scale);
         let next = matrix.multiply(&vector);
-        let rows = vector.par_iter_mut().zip(&next).zip(inverse_diagonal).with_min_len(ROWS);
-        rows.for_each(|((x, y), inverse)| *x = times(inverse, y));
+        vector = in_tasks(next.len(), ROWS, |row| times(&inverse_diagonal[row], &next[row]));
         eigenvalue = norm(&vector);
     }
     let widest = matrix.starts.windows(2).map(|pair| pair[1] - pair[0]).max()?;

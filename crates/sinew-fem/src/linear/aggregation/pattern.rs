@@ -2,8 +2,7 @@
 
 use crate::linear::Sparsity;
 use crate::linear::aggregation::blocks::{Block, BlockMatrix};
-use rayon::prelude::*;
-use sinew_num::sub3;
+use sinew_num::{in_tasks, sub3};
 
 /// No slot, or no group.
 const NONE: u32 = u32::MAX;
@@ -91,7 +90,7 @@ impl Pattern {
     pub(super) fn blocks(&self, entries: &[f64], shift: f64, mean: f64) -> BlockMatrix<f64, 3, 3> {
         let value = |slot: u32| if slot == NONE { 0.0 } else { entries[slot as usize] / mean };
         let block = |slots: &[[u32; 3]; 3]| slots.map(|row| row.map(value));
-        let mut blocks: Vec<_> = self.slots.par_iter().with_min_len(4096).map(block).collect();
+        let mut blocks = in_tasks(self.slots.len(), 4096, |slot| block(&self.slots[slot]));
         for &block in &self.diagonal {
             let slots = &self.slots[block as usize];
             for i in 0..3 {
