@@ -3,8 +3,8 @@
 use crate::fault::{Result, over_noise};
 use crate::likelihood::Target;
 use crate::polynomial::Polynomial;
+use crate::posterior::{LEAST_SHARE, MOST_K, Verified};
 use crate::predictive::UNLIKELY;
-use crate::verify::{LEAST_SHARE, MOST_K, Verified};
 use crate::{
     CalibrateError, Correction, Identifiability, Mode, Posterior, Problem, Solves, mode,
     noise_in_words,

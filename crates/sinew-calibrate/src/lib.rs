@@ -51,7 +51,6 @@ mod prior;
 mod problem;
 mod setting;
 mod solves;
-mod verify;
 mod wall;
 
 pub use calibrate::{CalibrateOptions, calibrate, check_identifiability};

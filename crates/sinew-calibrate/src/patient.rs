@@ -3,18 +3,16 @@
 mod anchor;
 mod builder;
 mod parts;
-mod states;
 
 pub use builder::PatientBuilder;
-pub use states::{PatientStates, StateError};
+pub use parts::{PatientStates, StateError};
 
 use crate::observables::Quantity;
 use crate::{Forward, ForwardError, Observed};
 use anchor::Anchor;
-use parts::Parts;
+use parts::{Parts, Result};
 use sinew_energy::{Body, Fibres};
 use sinew_num::dot;
-use states::Result;
 use std::sync::{Arc, OnceLock, RwLock};
 
 /// A body imaged under load, unloaded for each θ and loaded again in phases, with its observables.

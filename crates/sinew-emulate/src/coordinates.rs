@@ -34,25 +34,22 @@ mod dirichlet;
 mod error;
 mod motions;
 pub mod packed;
-mod polynomial;
 mod principal;
 mod scaling;
 mod split;
 mod tree;
 
-pub(crate) use error::{Result, ensure};
-pub(crate) use motions::{matrix, of_eigenvalues, rigid_motions};
-pub(crate) use polynomial::{Polynomial, expansion, terms};
-pub(crate) use tree::{Number, cluster_centres, cluster_counts};
-
 pub use anchors::Anchors;
 pub use dirichlet::Dirichlet;
 pub use error::{CoordinateError, require_count, require_finite, require_positive};
+pub(crate) use error::{Result, ensure};
 pub use motions::{Anchor, Motions};
-pub use polynomial::{all_terms, check_terms};
-pub use principal::PrincipalDirections;
+pub(crate) use motions::{matrix, of_eigenvalues, rigid_motions};
+pub(crate) use principal::{Polynomial, expansion, terms};
+pub use principal::{PrincipalDirections, all_terms, check_terms};
 pub use scaling::{OutputScale, ParameterRange, ParameterScaling};
 pub use tree::{MotionTree, halves};
+pub(crate) use tree::{Number, cluster_centres, cluster_counts};
 
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

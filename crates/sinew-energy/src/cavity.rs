@@ -1,15 +1,15 @@
 //! Cavities that pressures act in.
 
 mod closing;
-mod part;
 mod pressed_lid;
+
+pub use closing::{CavityPart, Lid, SymmetryPlane};
+pub(crate) use closing::{FLAT, Surroundings, sorted};
+pub use pressed_lid::PressedLid;
 
 use crate::Body;
 use crate::frames::Held;
-pub(crate) use closing::{FLAT, Surroundings, sorted};
-use part::{Add, At, moved, projected};
-pub use part::{CavityPart, Lid, SymmetryPlane};
-pub use pressed_lid::PressedLid;
+use closing::{Add, At, moved, projected};
 use sinew_mesh::extents;
 use sinew_num::{Mat3, connected_cells};
 use std::collections::HashMap;

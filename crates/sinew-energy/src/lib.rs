@@ -78,7 +78,6 @@ pub mod metrics;
 mod mixed;
 mod moved;
 mod patches;
-mod pressure;
 mod pressure_field;
 mod reference_loads;
 mod rim;
@@ -100,7 +99,6 @@ pub use law::{Law, Response, response_by_jets, stress_by_slopes};
 pub use material::{IntoMaterial, LawFacts, Material};
 pub use moved::Fibres;
 pub use patches::PatchKinematics;
-pub use pressure::Magnitude;
 pub use pressure_field::PressureField;
 pub use reference_loads::{ReferenceLoads, ReferenceSurface, Spring};
 pub use scene::{Load, Parameter, Prescribed, Sampling, Scene, Support, Units};
@@ -109,5 +107,5 @@ pub use sinew_num::{Mat3, Scalar};
 pub use solid::{
     ActiveStress, NearlyIncompressible, Passive, ShapeEnergy, Solid, Strain, VolumeEnergy,
 };
-pub use surface::{PressureSurface, SurfaceResponse};
+pub use surface::{Magnitude, PressureSurface, SurfaceResponse};
 pub use unit::Unit;

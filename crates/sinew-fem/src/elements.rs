@@ -4,7 +4,6 @@ pub(crate) mod assembly;
 pub(crate) mod cell;
 pub(crate) mod check;
 pub(crate) mod convex;
-pub(crate) mod followers;
 pub(crate) mod patch;
 pub(crate) mod predicted;
 pub(crate) mod pressure_field;
@@ -23,11 +22,10 @@ pub(crate) use check::{
     load_gradient, worst_cells,
 };
 pub(crate) use convex::make_convex;
-pub(crate) use followers::Followers;
 pub(crate) use patch::PatchResponse;
 pub(crate) use predicted::{bulk_to_shear, is_nearly_incompressible};
 pub(crate) use pressure_field::Coupling;
 pub(crate) use replaced::{PredictedStress, replace_stress, third};
 pub(crate) use shares::{PointState, Task, at_points};
 pub(crate) use supports::{held_part, is_moved_rim, place};
-pub(crate) use system::{Residual, System, Unknowns};
+pub(crate) use system::{Followers, Residual, System, Unknowns};

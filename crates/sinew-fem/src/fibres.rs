@@ -32,16 +32,14 @@
 //! # Ok::<(), sinew_fem::fibres::FibreError>(())
 //! ```
 
-mod error;
 mod potential;
 mod rule;
 mod ventricle;
 
-pub use error::FibreError;
-pub use rule::{EllipsoidWall, FibreRule, Frame};
+pub use rule::{EllipsoidWall, FibreError, FibreRule, Frame};
 pub use ventricle::{Surfaces, VentricleCoordinates};
 
-use error::Result;
+use rule::Result;
 use sinew_mesh::TetMesh;
 use sinew_num::dot3;
 

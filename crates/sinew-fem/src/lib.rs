@@ -98,7 +98,7 @@ pub use diagnose::stress::{
     principal_values, reactions,
 };
 pub use error::{Advice, CellValue, NotConverged, RigidMode, SolveError};
-pub use linear::method::Method;
+pub use linear::systems::Method;
 pub use solve::continuation::{Curve, CurvePoint};
 pub use solve::frozen_stiffness::FrozenStiffness;
 pub use solve::history::{History, Iteration, Progress};

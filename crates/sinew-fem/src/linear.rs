@@ -3,7 +3,6 @@
 pub(crate) mod aggregation;
 pub(crate) mod factor;
 pub(crate) mod krylov;
-pub(crate) mod method;
 pub(crate) mod ordering;
 pub(crate) mod sparsity;
 pub(crate) mod systems;
@@ -12,7 +11,7 @@ pub(crate) mod vector;
 pub(crate) use aggregation::{Aggregation, MOST_ITERATIONS, Shifted};
 pub(crate) use factor::{Factor, MOST_SHIFTS, shift_of};
 pub(crate) use krylov::{End, Iterated, LinearOutcome, conjugate_gradients, gmres};
-pub(crate) use method::{MOST_COUNTED, MOST_SINGLE, Method};
 pub(crate) use ordering::fill_reducing_order;
 pub(crate) use sparsity::{Sparsity, facets_of, patch_nodes_of};
+pub(crate) use systems::{MOST_COUNTED, MOST_SINGLE, Method};
 pub(crate) use vector::{add, difference, dot, norm, relative};

@@ -1,8 +1,7 @@
 //! Sizes of an emulator.
 
-use serde::{Deserialize, Serialize};
-
 use crate::{Activation, Error, Result};
+use serde::{Deserialize, Serialize};
 
 /// Decoding of the embeddings of nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

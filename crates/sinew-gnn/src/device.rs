@@ -1,14 +1,12 @@
 //! Backends and their devices.
 
-use std::fmt;
-use std::str::FromStr;
-
+use crate::error::{Error, Result};
 use burn::tensor::Device;
 #[cfg(any(feature = "wgpu", feature = "cuda"))]
 use burn::tensor::DeviceType;
 use serde::{Deserialize, Serialize};
-
-use crate::error::{Error, Result};
+use std::fmt;
+use std::str::FromStr;
 
 /// Backend of tensors. All but the default are compiled in by the cargo feature of their name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

@@ -1,10 +1,9 @@
 //! A topology's edges as the kernels read them.
 
-use std::ops::Range;
-use std::sync::Arc;
-
 use crate::fused::{EdgeTopology, GatherPlan};
 use sinew_graph::Topology;
+use std::ops::Range;
+use std::sync::Arc;
 
 /// Senders and receivers of the stored half of the edges.
 #[derive(Debug, Clone)]

@@ -1,15 +1,13 @@
 //! Surrogates as directories, which appear whole or not at all.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-
+use crate::optimiser::collect;
+use crate::{Error, Geometry, GraphNetwork, GraphNetworkConfig, Result, Scales, Surrogate};
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-
-use crate::optimiser::collect;
-use crate::{Error, Geometry, GraphNetwork, GraphNetworkConfig, Result, Scales, Surrogate};
+use std::fs;
+use std::path::{Path, PathBuf};
 
 /// Version of the surrogate format.
 const VERSION: u32 = 4;

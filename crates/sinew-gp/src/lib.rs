@@ -116,13 +116,11 @@ pub use posterior::ensemble::Ensemble;
 pub use posterior::laplace::{NutsOptions, ensemble, laplace, nuts};
 pub use prior::Prior;
 pub use prior::constraint::{Constraints, Feature, constraints};
-pub use problem::Problem;
-pub use problem::condition::{Condition, Periodicity};
 pub use problem::domain::{Domain, Side};
 pub use problem::field::{Field, constant, field};
-pub use problem::functional::Functional;
-pub use problem::operator::{Derivative, MOST_DERIVATIVES, Operator, Parameter, Term};
+pub use problem::operator::{Derivative, Functional, MOST_DERIVATIVES, Operator, Parameter, Term};
 pub use problem::polygon::Polygon;
+pub use problem::{Condition, Periodicity, Problem};
 pub use semilinear::{SemiLinear, Solution};
 pub use series::Series;
 

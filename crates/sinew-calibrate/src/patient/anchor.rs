@@ -1,6 +1,6 @@
 //! Solved θ that others are predicted from.
 
-use super::states::PatientStates;
+use crate::patient::parts::PatientStates;
 use crate::polynomial::equations;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use sinew_fem::Unload;

@@ -1,7 +1,6 @@
 //! Lids that the pressure in a cavity acts on.
 
-use super::closing::sorted;
-use super::part::{Add, Lid, add_projected, projected};
+use super::closing::{Add, Lid, add_projected, projected, sorted};
 use crate::SurfaceResponse;
 use sinew_num::{Mat3, add3, cross, dot3, norm, sub3};
 use std::collections::HashMap;

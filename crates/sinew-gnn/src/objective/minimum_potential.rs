@@ -1,13 +1,11 @@
 //! Physics-informed training.
 
-use std::sync::Arc;
-
-use burn::tensor::Tensor;
-use sinew_energy::Body;
-
 use super::Objective;
 use crate::{DataSet, Error, Result, Sample};
+use burn::tensor::Tensor;
 use sinew_emulate::coordinates::{require_count, require_positive};
+use sinew_energy::Body;
+use std::sync::Arc;
 
 /// A total potential energy Π(u; θ) of any dimension and material.
 pub trait Potential: Send + Sync {

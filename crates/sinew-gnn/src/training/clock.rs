@@ -1,8 +1,7 @@
 //! Position of a run in its budget.
 
-use serde::{Deserialize, Serialize};
-
 use super::config::TrainingBudget;
+use serde::{Deserialize, Serialize};
 
 /// Steps made and seconds spent on them.
 ///

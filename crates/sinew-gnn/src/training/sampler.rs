@@ -1,11 +1,10 @@
 //! Batches in shuffled epochs.
 
+use crate::data::Sample;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
-
-use crate::data::Sample;
 
 /// Draws batches of one geometry each, every sample once per epoch. The samples of a geometry are
 /// divided into batches that differ by at most one in size.

@@ -1,18 +1,16 @@
 //! The training loop.
 
-use std::path::PathBuf;
-use std::time::Instant;
-
-use burn::module::Module;
-use burn::tensor::Tensor;
-
 use super::clock::Clock;
 use super::config::TrainingConfig;
 use super::progress::{HistoryPoint, TrainingObserver, TrainingProgress, TrainingReport};
 use super::sampler::Sampler;
 use crate::optimiser::Optimiser;
 use crate::{DataSet, Embedding, Error, GraphNetwork, Objective, Result, Sample, Surrogate};
+use burn::module::Module;
+use burn::tensor::Tensor;
 use sinew_emulate::coordinates::require_count;
+use std::path::PathBuf;
+use std::time::Instant;
 
 /// Share of the budget from which on losses are judged. About a solution, zero outputs are good, and a good training needs
 /// a third of its steps to beat them.

@@ -1,6 +1,6 @@
 //! One axis of a constrained prior: what is fixed at its ends, what vanishes there, what is free.
 
-use crate::problem::condition::Imposed;
+use crate::problem::Imposed;
 use crate::{
     Condition, Derivative, Domain, Field, Operator, Problem, Series, Side, constant, field,
 };
