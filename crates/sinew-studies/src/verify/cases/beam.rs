@@ -1,14 +1,13 @@
 //! OnceClampedBeam from linear to quadratic elements.
 
 use super::beam_fixture::GRAVITY;
-use super::boxes::{Boxes, boxes};
+use super::boxes::{Boxes, box_mesh, boxes};
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::verify::reference::published;
 use crate::verify::solve::{displaced, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Support};
-use sinew_mesh::{AnyMesh, box_hexahedra, box_tetrahedra};
 
 const THETA: [f64; 2] = [75.0, 75.0];
 /// Middle of the free end \[mm\].
@@ -52,27 +51,21 @@ pub(super) const CASE: Case = Case {
 };
 
 fn run(effort: Effort, rows: &mut Rows) -> Result<()> {
-    let tets = |cells| box_tetrahedra([100.0, 10.0, 10.0], cells);
-    let hexes = |cells| box_hexahedra([100.0, 10.0, 10.0], cells);
-    climb(rows, Formulation::P1, effort.levels(2, LINEAR), tets)?;
-    climb(rows, Formulation::FBar, effort.levels(2, PATCHES), tets)?;
-    climb(rows, Formulation::P2, effort.levels(2, QUADRATIC), |cells| tets(cells).quadratic())?;
-    climb(rows, Formulation::Q1, effort.levels(1, HEXAHEDRA), hexes)?;
-    climb(rows, Formulation::Q1FBar, effort.levels(1, HEXAHEDRA_AVERAGED), hexes)
-}
-
-fn climb<M: Into<AnyMesh>>(
-    rows: &mut Rows,
-    formulation: Formulation,
-    ladder: &Boxes,
-    mesh: impl Fn([usize; 3]) -> M,
-) -> Result<()> {
-    for &(cells, band) in ladder {
-        let loads = vec![Load::BodyForce(GRAVITY)];
-        let beam = scene(mesh(cells), NeoHookean, &THETA, loads, vec![Support::clamped("x_min")]);
-        let found = displaced(beam, formulation, &THETA)?;
-        let label = Label::new(formulation, boxes(cells), "deflection of the tip [mm]");
-        rows.relative(label, [found.at(TIP)[2], published::BEAM_TIP], band, found.cost)?;
+    for (formulation, quick, ladder) in [
+        (Formulation::P1, 2, LINEAR),
+        (Formulation::FBar, 2, PATCHES),
+        (Formulation::P2, 2, QUADRATIC),
+        (Formulation::Q1, 1, HEXAHEDRA),
+        (Formulation::Q1FBar, 1, HEXAHEDRA_AVERAGED),
+    ] {
+        for &(cells, band) in effort.levels(quick, ladder) {
+            let mesh = box_mesh([100.0, 10.0, 10.0], cells, formulation);
+            let (loads, held) = (vec![Load::BodyForce(GRAVITY)], vec![Support::clamped("x_min")]);
+            let beam = scene(mesh, NeoHookean, &THETA, loads, held);
+            let found = displaced(beam, formulation, &THETA)?;
+            let label = Label::new(formulation, boxes(cells), "deflection of the tip [mm]");
+            rows.relative(label, [found.at(TIP)[2], published::BEAM_TIP], band, found.cost)?;
+        }
     }
     Ok(())
 }

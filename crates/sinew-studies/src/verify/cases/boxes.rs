@@ -1,11 +1,21 @@
-//! Grids of boxes and their names.
+//! Grids of boxes in the elements of a formulation.
 
-use crate::verify::case::Band;
+use crate::verify::case::{Band, Formulation};
+use sinew_mesh::{AnyMesh, box_hexahedra, box_tetrahedra};
 
 /// Grids of boxes with the bands of an element on them.
 pub(super) type Boxes = [([usize; 3], Band)];
 
-/// Their name in a report.
+/// Name of a grid in a report.
 pub(super) fn boxes([x, y, z]: [usize; 3]) -> String {
     format!("{x}×{y}×{z} boxes")
+}
+
+/// A box in the elements of a formulation.
+pub(super) fn box_mesh(size: [f64; 3], cells: [usize; 3], formulation: Formulation) -> AnyMesh {
+    match formulation {
+        Formulation::P1 | Formulation::FBar => box_tetrahedra(size, cells).into(),
+        Formulation::P2 | Formulation::Mixed => box_tetrahedra(size, cells).quadratic().into(),
+        Formulation::Q1 | Formulation::Q1FBar => box_hexahedra(size, cells).into(),
+    }
 }

@@ -72,12 +72,10 @@ fn run(effort: Effort, rows: &mut Rows) -> Result<()> {
         }
     }
     let compressible = (NeoHookeanShape.nearly_incompressible(BULK), &THETA[..]);
-    let limit = published::COOK_LIMIT;
-    let quadratic = |squares| cook_membrane(squares).quadratic();
-    let (linear, patches) = (effort.levels(2, LINEAR), effort.levels(2, PATCHES));
-    climb(rows, Formulation::P1, linear, &compressible, limit, cook_membrane)?;
-    climb(rows, Formulation::P2, effort.levels(2, QUADRATIC), &compressible, limit, quadratic)?;
-    climb(rows, Formulation::FBar, patches, &compressible, limit, cook_membrane)
+    let ladders =
+        [(Formulation::P1, LINEAR), (Formulation::P2, QUADRATIC), (Formulation::FBar, PATCHES)];
+    let ladders = ladders.map(|(formulation, ladder)| (formulation, effort.levels(2, ladder)));
+    climb(rows, &ladders, &compressible, published::COOK_LIMIT)
 }
 
 /// E \[MPa\] and ν; the shear per area is [`SHEAR`] in MPa.
@@ -103,25 +101,31 @@ pub(super) const SMALL: Case = Case {
 
 fn run_small(effort: Effort, rows: &mut Rows) -> Result<()> {
     let theta = lame_from_young_poisson(YOUNG_POISSON.0, YOUNG_POISSON.1);
-    let (law, limit) = ((LinearElastic, &theta[..]), published::COOK_LINEAR);
-    let quadratic = |squares| cook_membrane(squares).quadratic();
-    climb(rows, Formulation::P2, effort.levels(3, SMALL_QUADRATIC), &law, limit, quadratic)?;
-    climb(rows, Formulation::P1, effort.levels(2, SMALL_LINEAR), &law, limit, cook_membrane)
+    let ladders = [
+        (Formulation::P2, effort.levels(3, SMALL_QUADRATIC)),
+        (Formulation::P1, effort.levels(2, SMALL_LINEAR)),
+    ];
+    climb(rows, &ladders, &(LinearElastic, &theta[..]), published::COOK_LINEAR)
 }
 
 /// Elements without a field of pressure, of a law with its θ.
-fn climb<L: Law<0>, M: Into<AnyMesh>>(
+fn climb<L: Law<0>>(
     rows: &mut Rows,
-    formulation: Formulation,
-    ladder: &Ladder,
+    ladders: &[(Formulation, &Ladder)],
     (law, theta): &(L, &[f64]),
     limit: f64,
-    mesh: impl Fn(usize) -> M,
 ) -> Result<()> {
-    for &(squares, band) in ladder {
-        let found = displaced(membrane(mesh(squares), law.clone(), theta), formulation, theta)?;
-        let pair = [found.at(UPPER)[1], limit];
-        rows.relative(label(formulation, squares), pair, band, found.cost)?;
+    for &(formulation, ladder) in ladders {
+        for &(squares, band) in ladder {
+            let mesh = cook_membrane(squares);
+            let mesh: AnyMesh = match formulation {
+                Formulation::P2 => mesh.quadratic().into(),
+                _ => mesh.into(),
+            };
+            let found = displaced(membrane(mesh, law.clone(), theta), formulation, theta)?;
+            let pair = [found.at(UPPER)[1], limit];
+            rows.relative(label(formulation, squares), pair, band, found.cost)?;
+        }
     }
     Ok(())
 }

@@ -1,13 +1,12 @@
 //! A slender cantilever in large bending.
 
-use super::boxes::{Boxes, boxes};
+use super::boxes::{Boxes, box_mesh, boxes};
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::verify::reference::Elastica;
 use crate::verify::solve::{displaced, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Support};
-use sinew_mesh::{AnyMesh, box_hexahedra, box_tetrahedra};
 
 const LENGTH: f64 = 100.0;
 /// μ and λ: Young's modulus 1, Poisson's ratio 0.
@@ -39,23 +38,25 @@ pub(super) const CASE: Case = Case {
 };
 
 fn run(effort: Effort, rows: &mut Rows) -> Result<()> {
-    let tets = |cells| box_tetrahedra([LENGTH, 1.0, 1.0], cells);
-    let hexes = |cells| box_hexahedra([LENGTH, 1.0, 1.0], cells);
     for load in [Elastica::TipLoad(5.0), Elastica::UniformLoad(10.0)] {
-        let quadratic = effort.levels(2, QUADRATIC);
-        climb(rows, load, Formulation::P2, quadratic, |cells| tets(cells).quadratic())?;
-        climb(rows, load, Formulation::P1, effort.levels(1, LINEAR), tets)?;
-        climb(rows, load, Formulation::Q1, effort.levels(0, HEXAHEDRA), hexes)?;
+        for (formulation, quick, ladder) in [
+            (Formulation::P2, 2, QUADRATIC),
+            (Formulation::P1, 1, LINEAR),
+            (Formulation::Q1, 0, HEXAHEDRA),
+        ] {
+            for &meshed in effort.levels(quick, ladder) {
+                compare(rows, load, formulation, meshed)?;
+            }
+        }
     }
     Ok(())
 }
 
-fn climb<M: Into<AnyMesh>>(
+fn compare(
     rows: &mut Rows,
     load: Elastica,
     formulation: Formulation,
-    ladder: &Boxes,
-    mesh: impl Fn([usize; 3]) -> M,
+    (cells, band): ([usize; 3], Band),
 ) -> Result<()> {
     let [along, across] = load.tip()?;
     // The unit square turns forces into forces per area, and forces per length into body forces.
@@ -69,17 +70,13 @@ fn climb<M: Into<AnyMesh>>(
             (format!("qL³/EI = {size}"), Load::BodyForce(density))
         }
     };
-    for &(cells, band) in ladder {
-        let supports = vec![Support::clamped("x_min")];
-        let bar = scene(mesh(cells), NeoHookean, &THETA, vec![force.clone()], supports);
-        let found = displaced(bar, formulation, &THETA)?;
-        let tip = found.at([LENGTH, 0.5, 0.5]);
-        let setup = boxes(cells);
-        let label = |what: &str| Label::new(formulation, setup.clone(), format!("{what}, {name}"));
-        let deflection = [-tip[2] / LENGTH, across];
-        rows.relative(label("deflection over length"), deflection, band, found.cost)?;
-        let distance = [1.0 + tip[0] / LENGTH, along];
-        rows.relative(label("distance over length"), distance, band, found.cost)?;
-    }
-    Ok(())
+    let mesh = box_mesh([LENGTH, 1.0, 1.0], cells, formulation);
+    let bar = scene(mesh, NeoHookean, &THETA, vec![force], vec![Support::clamped("x_min")]);
+    let found = displaced(bar, formulation, &THETA)?;
+    let tip = found.at([LENGTH, 0.5, 0.5]);
+    let label = |what: &str| Label::new(formulation, boxes(cells), format!("{what}, {name}"));
+    let deflection = [-tip[2] / LENGTH, across];
+    rows.relative(label("deflection over length"), deflection, band, found.cost)?;
+    let distance = [1.0 + tip[0] / LENGTH, along];
+    rows.relative(label("distance over length"), distance, band, found.cost)
 }

@@ -1,5 +1,6 @@
 //! Shared parts of the homogeneous benchmarks: laws with their independent references, and stresses from reactions.
 
+use crate::verify::case::Formulation;
 use crate::verify::reference::Fung;
 use crate::verify::solids::distort::Distort as _;
 use crate::verify::solve::scene;
@@ -8,7 +9,7 @@ use sinew_energy::laws::{
     NeoHookeanShape,
 };
 use sinew_energy::{Body, Law, Scene, Solid, Support};
-use sinew_mesh::{AnyMesh, HexMesh, TetMesh, box_hexahedra, box_tetrahedra};
+use sinew_mesh::{AnyMesh, box_hexahedra, box_tetrahedra};
 use std::sync::Arc;
 
 pub(super) type Matrix = [[f64; 3]; 3];
@@ -16,19 +17,23 @@ pub(super) type Matrix = [[f64; 3]; 3];
 /// Fibres, sheets and normals along the axes.
 pub(super) const FRAME: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// Distorted cubes of eight boxes.
-pub(super) struct Meshes {
-    pub tets: TetMesh,
-    pub hexes: HexMesh,
+/// Elements of displacements alone.
+pub(super) const ELEMENTS: [Formulation; 5] =
+    [Formulation::P1, Formulation::FBar, Formulation::P2, Formulation::Q1, Formulation::Q1FBar];
+
+/// A distorted unit cube in the elements of a formulation, by boxes along an edge, seed and amplitude.
+pub(super) fn distorted(formulation: Formulation, cells: usize, (seed, by): (u64, f64)) -> AnyMesh {
+    let tets = || box_tetrahedra([1.0; 3], [cells; 3]).distorted(seed, by);
+    match formulation {
+        Formulation::P1 | Formulation::FBar => tets().into(),
+        Formulation::P2 | Formulation::Mixed => tets().quadratic().into(),
+        _ => box_hexahedra([1.0; 3], [cells; 3]).distorted(seed, by).into(),
+    }
 }
 
-impl Meshes {
-    pub(super) fn distorted() -> Self {
-        Self {
-            tets: box_tetrahedra([1.0; 3], [2; 3]).distorted(5, 0.2),
-            hexes: box_hexahedra([1.0; 3], [2; 3]).distorted(5, 0.2),
-        }
-    }
+/// Eight boxes in the elements of a formulation.
+pub(super) fn eight_boxes(formulation: Formulation) -> AnyMesh {
+    distorted(formulation, 2, (5, 0.2))
 }
 
 /// A law with parameters, fibres, sheets and normals along the axes.

@@ -1,6 +1,6 @@
 //! Problem 1 of Land et al. (2015).
 
-use super::boxes::{Boxes, boxes};
+use super::boxes::{Boxes, box_mesh, boxes};
 use super::homogeneous::FRAME;
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::verify::reference::published;
@@ -8,7 +8,7 @@ use crate::verify::solve::{Found, displaced, mixed, pressed, scene};
 use anyhow::Result;
 use sinew_energy::laws::Guccione;
 use sinew_energy::{Law, Scene, Solid, Strain, Support};
-use sinew_mesh::{AnyMesh, box_tetrahedra};
+use sinew_mesh::AnyMesh;
 
 /// C \[kPa\], b_f, b_t, b_fs.
 const THETA: [f64; 4] = [2.0, 8.0, 2.0, 4.0];
@@ -53,38 +53,31 @@ pub(super) const CASE: Case = Case {
 };
 
 fn run(effort: Effort, rows: &mut Rows) -> Result<()> {
-    let mesh = |cells| box_tetrahedra([10.0, 1.0, 1.0], cells);
-    for &meshed in effort.levels(2, MIXED) {
-        let bar = bar(mesh(meshed.0).quadratic(), MIXED_BULK);
-        push(rows, Formulation::Mixed, meshed, &mixed(bar, 0.0, &THETA)?)?;
+    for (formulation, quick, ladder) in [
+        (Formulation::Mixed, 2, MIXED),
+        (Formulation::P1, 2, LINEAR),
+        (Formulation::P2, 2, QUADRATIC),
+        (Formulation::FBar, 2, PATCHES),
+    ] {
+        for &meshed in effort.levels(quick, ladder) {
+            let mesh = box_mesh([10.0, 1.0, 1.0], meshed.0, formulation);
+            let found = match formulation {
+                Formulation::Mixed => mixed(bar(mesh, MIXED_BULK), 0.0, &THETA)?,
+                // Displacements alone, with ½κ(J − 1)². The rim of the loaded side is loose.
+                _ => displaced(bar(mesh, BULK).loose_rims(), formulation, &THETA)?,
+            };
+            push(rows, formulation, meshed, &found)?;
+        }
     }
-    let quadratic = |cells| mesh(cells).quadratic();
-    climb(rows, Formulation::P1, effort.levels(2, LINEAR), mesh)?;
-    climb(rows, Formulation::P2, effort.levels(2, QUADRATIC), quadratic)?;
-    climb(rows, Formulation::FBar, effort.levels(2, PATCHES), mesh)
+    Ok(())
 }
 
-fn bar(mesh: impl Into<AnyMesh>, bulk_modulus: f64) -> Scene {
-    let mesh = mesh.into();
+fn bar(mesh: AnyMesh, bulk_modulus: f64) -> Scene {
     let loads = pressed("z_min", PRESSURE);
     let supports = vec![Support::clamped("x_min")];
     let law = Solid { strain: Strain::Whole, ..Guccione.nearly_incompressible(bulk_modulus) };
     let material = law.along(vec![FRAME; mesh.cell_count()]);
     scene(mesh, material, &THETA, loads, supports)
-}
-
-/// Displacements alone, with ½κ(J − 1)². The rim of the loaded side is loose.
-fn climb<M: Into<AnyMesh>>(
-    rows: &mut Rows,
-    formulation: Formulation,
-    ladder: &Boxes,
-    mesh: impl Fn([usize; 3]) -> M,
-) -> Result<()> {
-    for &meshed in ladder {
-        let bar = bar(mesh(meshed.0), BULK).loose_rims();
-        push(rows, formulation, meshed, &displaced(bar, formulation, &THETA)?)?;
-    }
-    Ok(())
 }
 
 /// Beside the limit, and beside the same elements on the same mesh in FEniCS where there is such a run.

@@ -1,13 +1,12 @@
 //! Patch tests on distorted meshes.
 
+use super::homogeneous::{ELEMENTS, Matrix, distorted};
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::verify::solids::distort::Distort as _;
 use crate::verify::solve::{Found, displaced, mixed, scene, with_moved_boundary};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
-use sinew_mesh::{AnyMesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
-
-type Matrix = [[f64; 3]; 3];
+use sinew_mesh::{AnyMesh, rectangle_triangles};
 
 /// Displacements \[edges of the cube\]: rounding, magnified by the condition of the stiffness.
 const DISPLACEMENT: Band = Band::below(1e-10);
@@ -35,18 +34,15 @@ fn run(effort: Effort, rows: &mut Rows) -> Result<()> {
         Effort::Full => 5,
     };
     let (seed, amplitude) = DISTORTION;
-    let tets = box_tetrahedra([1.0; 3], [cells; 3]).distorted(seed, amplitude);
-    let hexes = box_hexahedra([1.0; 3], [cells; 3]).distorted(seed, amplitude);
     let triangles = rectangle_triangles([1.0; 2], [cells; 2]).distorted(seed, amplitude);
     for theta in THETAS {
-        compare(rows, Formulation::P1, tets.clone(), &SPACE, theta)?;
-        compare(rows, Formulation::FBar, tets.clone(), &SPACE, theta)?;
-        compare(rows, Formulation::P2, tets.quadratic(), &SPACE, theta)?;
-        compare(rows, Formulation::Q1, hexes.clone(), &SPACE, theta)?;
-        compare(rows, Formulation::Q1FBar, hexes.clone(), &SPACE, theta)?;
+        for formulation in ELEMENTS {
+            compare(rows, formulation, distorted(formulation, cells, DISTORTION), &SPACE, theta)?;
+        }
         compare(rows, Formulation::P1, triangles.clone(), &PLANE, theta)?;
         compare(rows, Formulation::P2, triangles.quadratic(), &PLANE, theta)?;
-        compare(rows, Formulation::Mixed, tets.quadratic(), &SPACE, theta)?;
+        let mesh = distorted(Formulation::Mixed, cells, DISTORTION);
+        compare(rows, Formulation::Mixed, mesh, &SPACE, theta)?;
     }
     Ok(())
 }

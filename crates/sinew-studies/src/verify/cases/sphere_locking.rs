@@ -46,35 +46,31 @@ pub(super) const CASE: Case = Case {
 };
 
 fn run(effort: Effort, rows: &mut Rows) -> Result<()> {
-    let meshes = effort.levels(2, &MESHES);
-    let wall = |cells| sphere_octant(RADII, cells);
-    climb(rows, Formulation::P1, meshes, &LINEAR, |c| wall(c).tetrahedra())?;
-    climb(rows, Formulation::FBar, meshes, &PATCHES, |c| wall(c).tetrahedra())?;
-    climb(rows, Formulation::P2, meshes, &QUADRATIC, |c| wall(c).quadratic_tetrahedra())?;
-    climb(rows, Formulation::Q1, meshes, &HEXAHEDRA, |c| wall(c).hexahedra())?;
-    climb(rows, Formulation::Q1FBar, meshes, &HEXAHEDRA_AVERAGED, |c| wall(c).hexahedra())
-}
-
-fn climb<M: Into<AnyMesh>>(
-    rows: &mut Rows,
-    formulation: Formulation,
-    meshes: &[[usize; 2]],
-    (errors, band): &Known,
-    mesh: impl Fn([usize; 2]) -> M,
-) -> Result<()> {
-    for (lame, errors) in LAMES.into_iter().zip(errors) {
-        let theta = [1.0, lame];
-        let [exact, _] = inflated_sphere(lame, PRESSURE)?;
-        for (&cells, &error) in meshes.iter().zip(errors) {
-            let supports = rollers(&OCTANT);
-            let sphere =
-                scene(mesh(cells), NeoHookean, &theta, pressed("inner", PRESSURE), supports);
-            let found = displaced(sphere, formulation, &theta)?;
-            let value = outward(&found, "inner", 3);
-            let setup = octant(cells);
-            let quantity = format!("displacement of the inner surface, λ/μ = {lame}");
-            let label = Label::new(formulation, setup, quantity);
-            rows.relative(label, [value, exact], band(error), found.cost)?;
+    for (formulation, (errors, band)) in [
+        (Formulation::P1, LINEAR),
+        (Formulation::FBar, PATCHES),
+        (Formulation::P2, QUADRATIC),
+        (Formulation::Q1, HEXAHEDRA),
+        (Formulation::Q1FBar, HEXAHEDRA_AVERAGED),
+    ] {
+        for (lame, errors) in LAMES.into_iter().zip(errors) {
+            let theta = [1.0, lame];
+            let [exact, _] = inflated_sphere(lame, PRESSURE)?;
+            for (&cells, error) in effort.levels(2, &MESHES).iter().zip(errors) {
+                let wall = sphere_octant(RADII, cells);
+                let mesh: AnyMesh = match formulation {
+                    Formulation::P1 | Formulation::FBar => wall.tetrahedra().into(),
+                    Formulation::P2 | Formulation::Mixed => wall.quadratic_tetrahedra().into(),
+                    Formulation::Q1 | Formulation::Q1FBar => wall.hexahedra().into(),
+                };
+                let loads = pressed("inner", PRESSURE);
+                let sphere = scene(mesh, NeoHookean, &theta, loads, rollers(&OCTANT));
+                let found = displaced(sphere, formulation, &theta)?;
+                let value = outward(&found, "inner", 3);
+                let quantity = format!("displacement of the inner surface, λ/μ = {lame}");
+                let label = Label::new(formulation, octant(cells), quantity);
+                rows.relative(label, [value, exact], band(error), found.cost)?;
+            }
         }
     }
     Ok(())

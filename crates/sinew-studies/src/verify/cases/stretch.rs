@@ -1,6 +1,6 @@
 //! Stretched blocks with free faces, of every law.
 
-use super::homogeneous::{Exponential, Material, Meshes, exponentials, mean_stress};
+use super::homogeneous::{ELEMENTS, Exponential, Material, eight_boxes, exponentials, mean_stress};
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::verify::reference::{Biaxial, Fung, neo_hookean_block};
 use crate::verify::solve::{displaced, mixed};
@@ -67,62 +67,45 @@ pub(super) const CASE: Case = Case {
 };
 
 fn run(effort: Effort, rows: &mut Rows) -> Result<()> {
-    let meshes = Meshes::distorted();
-    meshes.neo_hookean(rows, effort)?;
-    exponentials().iter().try_for_each(|body| meshes.exponential(rows, effort, body))
+    let uniaxial = effort.levels(2, &BARS).iter().map(|&bar| (Biaxial::Along(0), 1, bar));
+    let equibiaxial = [1.0, 10.0].map(|lame| (Biaxial::InPlane, 2, (lame, 1.3)));
+    for (load, loaded, (lame, stretch)) in uniaxial.chain(equibiaxial) {
+        let name = format!("neo-Hookean, λ/μ = {lame}");
+        let material = &Material::new(name, NeoHookean, &[1.0, lame]);
+        let [lateral, stress] = neo_hookean_block(lame, loaded, stretch)?;
+        compare_all(rows, &State { material, load, stretch, lateral, stress })?;
+    }
+    exponentials().iter().try_for_each(|body| exponential(rows, effort, body))
 }
 
-impl Meshes {
-    fn neo_hookean(&self, rows: &mut Rows, effort: Effort) -> Result<()> {
-        let body = |lame: f64| {
-            Material::new(format!("neo-Hookean, λ/μ = {lame}"), NeoHookean, &[1.0, lame])
-        };
-        for &(lame, stretch) in effort.levels(2, &BARS) {
-            let (material, load) = (&body(lame), Biaxial::Along(0));
-            let [lateral, stress] = neo_hookean_block(lame, 1, stretch)?;
-            self.compare(rows, &State { material, load, stretch, lateral, stress })?;
+fn exponential(rows: &mut Rows, effort: Effort, body: &Exponential) -> Result<()> {
+    for &(load, stretch) in effort.levels(1, &STATES) {
+        let is_squeezed = load == Biaxial::Along(0) && stretch < 1.0;
+        if is_squeezed && matches!(body.reference, Fung::ThesisCode(_)) {
+            // Fibres that bear compression buckle: the homogeneous state is not a minimum.
+            continue;
         }
-        for lame in [1.0, 10.0] {
-            let (stretch, material, load) = (1.3, &body(lame), Biaxial::InPlane);
-            let [lateral, stress] = neo_hookean_block(lame, 2, stretch)?;
-            self.compare(rows, &State { material, load, stretch, lateral, stress })?;
-        }
-        Ok(())
+        let material = &body.material;
+        let mut state = State { material, load, stretch, lateral: 0.0, stress: 0.0 };
+        let (loaded, free) = (state.loaded()[0], state.free());
+        let block = body.reference.nearly_incompressible(body.bulk, load, stretch)?;
+        let volume: f64 = block.stretches.iter().product();
+        state.lateral = block.stretches[free];
+        state.stress = block.stress[loaded] * volume / stretch;
+        compare_all(rows, &state)?;
+        let block = body.reference.incompressible(load, stretch)?;
+        (state.lateral, state.stress) = (block.stretches[free], block.stress[loaded] / stretch);
+        compare(rows, Formulation::Mixed, &state)?;
     }
+    Ok(())
+}
 
-    fn exponential(&self, rows: &mut Rows, effort: Effort, body: &Exponential) -> Result<()> {
-        for &(load, stretch) in effort.levels(1, &STATES) {
-            let is_squeezed = load == Biaxial::Along(0) && stretch < 1.0;
-            if is_squeezed && matches!(body.reference, Fung::ThesisCode(_)) {
-                // Fibres that bear compression buckle: the homogeneous state is not a minimum.
-                continue;
-            }
-            let material = &body.material;
-            let mut state = State { material, load, stretch, lateral: 0.0, stress: 0.0 };
-            let (loaded, free) = (state.loaded()[0], state.free());
-            let block = body.reference.nearly_incompressible(body.bulk, load, stretch)?;
-            let volume: f64 = block.stretches.iter().product();
-            state.lateral = block.stretches[free];
-            state.stress = block.stress[loaded] * volume / stretch;
-            self.compare(rows, &state)?;
-            let block = body.reference.incompressible(load, stretch)?;
-            (state.lateral, state.stress) = (block.stretches[free], block.stress[loaded] / stretch);
-            compare(rows, Formulation::Mixed, self.tets.quadratic(), &state)?;
-        }
-        Ok(())
-    }
-
-    fn compare(&self, rows: &mut Rows, state: &State<'_>) -> Result<()> {
-        compare(rows, Formulation::P1, self.tets.clone(), state)?;
-        compare(rows, Formulation::FBar, self.tets.clone(), state)?;
-        compare(rows, Formulation::P2, self.tets.quadratic(), state)?;
-        compare(rows, Formulation::Q1, self.hexes.clone(), state)?;
-        compare(rows, Formulation::Q1FBar, self.hexes.clone(), state)
-    }
+fn compare_all(rows: &mut Rows, state: &State<'_>) -> Result<()> {
+    ELEMENTS.into_iter().try_for_each(|formulation| compare(rows, formulation, state))
 }
 
 /// A block on rollers, stretched.
-fn block(mesh: impl Into<AnyMesh>, state: &State<'_>) -> Scene {
+fn block(mesh: AnyMesh, state: &State<'_>) -> Scene {
     let along = |axis: usize, by: f64| std::array::from_fn(|i| (i == axis).then_some(by));
     let name = |axis: usize, end: &str| format!("{}_{end}", ["x", "y", "z"][axis]);
     let mut supports: Vec<_> =
@@ -133,13 +116,9 @@ fn block(mesh: impl Into<AnyMesh>, state: &State<'_>) -> Scene {
     state.material.scene(mesh, supports)
 }
 
-fn compare(
-    rows: &mut Rows,
-    formulation: Formulation,
-    mesh: impl Into<AnyMesh>,
-    state: &State<'_>,
-) -> Result<()> {
-    let (scene, theta, loaded) = (block(mesh, state), &state.material.theta, state.loaded()[0]);
+fn compare(rows: &mut Rows, formulation: Formulation, state: &State<'_>) -> Result<()> {
+    let (scene, theta) = (block(eight_boxes(formulation), state), &state.material.theta);
+    let loaded = state.loaded()[0];
     let found = match formulation {
         Formulation::Mixed => mixed(scene, 0.0, theta)?,
         _ => displaced(scene, formulation, theta)?,

@@ -1,5 +1,4 @@
 //! Thick walls under internal follower pressure, and homogeneous states, of shear modulus μ = 1 \[stress\].
-//!
 
 use super::{integrate, root};
 use anyhow::Result;
