@@ -66,22 +66,13 @@ impl Design {
             Self::Uniform => uniform(count, parameters.len(), seed),
         };
         let theta = |shares: Vec<f64>| {
-            parameters.iter().zip(shares).map(|(p, share)| at_share(p, share)).collect()
+            parameters.iter().zip(shares).map(|(p, share)| p.at_share(share)).collect()
         };
         Ok(shares.into_iter().map(theta).collect())
     }
 }
 
-/// The value at a share of a parameter's range, on the scale of its sampling: the inverse of [`share_of`].
-pub fn at_share(parameter: &Parameter, share: f64) -> f64 {
-    let [low, high] = parameter.range;
-    match parameter.sampling {
-        Sampling::Log => low * (high / low).powf(share),
-        Sampling::Linear => low + (high - low) * share,
-    }
-}
-
-/// The share of a parameter's range at which a value lies, on the scale of its sampling: within 0 and 1 inside. NaN where
+/// The share of a parameter's range at which a value lies, on the scale of its sampling: within 0 and 1 inside, the inverse of [`Parameter::at_share`]. NaN where
 /// the scale has no such value.
 pub fn share_of(parameter: &Parameter, value: f64) -> f64 {
     let [low, high] = parameter.range;

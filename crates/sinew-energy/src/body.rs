@@ -3,11 +3,10 @@
 use crate::cavity::Cavity;
 use crate::{
     Barriers, Frames, Magnitude, Material, Parameter, PressureField, PressureSurface,
-    ReferenceLoads, Sampling, Spring, ThetaError, Units,
+    ReferenceLoads, Spring, ThetaError, Units,
 };
-use rayon::prelude::*;
 use sinew_mesh::{AnyMesh, Element};
-use sinew_num::{Mat3, dot, sum};
+use sinew_num::{Mat3, dot, in_parallel, sum};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -423,17 +422,10 @@ impl Body {
 
     /// The middle of the range of every parameter, of its logarithm where it is sampled so.
     pub fn centre(&self) -> Vec<f64> {
-        let middle = |parameter: &Parameter| {
-            let [low, high] = parameter.range;
-            match parameter.sampling {
-                Sampling::Log => (low * high).sqrt(),
-                Sampling::Linear => 0.5 * (low + high),
-            }
-        };
-        self.parameters.iter().map(middle).collect()
+        self.parameters.iter().map(|parameter| parameter.at_share(0.5)).collect()
     }
 
-    /// Parameters within their ranges, off the [middle](Body::centre) at shares that differ: loads that are zero or cancel there do not here.
+    /// Parameters within their ranges, off the [middle](Body::centre) at [shares](Parameter::at_share) that differ: loads that are zero or cancel there do not here.
     ///
     /// ```
     /// use sinew_energy::{Load, Magnitude, Parameter, Scene, Support, laws::NeoHookean};
@@ -446,13 +438,14 @@ impl Body {
     ///     .load(Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(2) })
     ///     .support(Support::clamped("base"))
     ///     .lower()?;
-    /// assert!(body.centre()[2] == 0.0 && (body.beside_centre()[2] + 1.2).abs() < 1e-12);
+    /// let beside = body.beside_centre();
+    /// assert!(body.centre()[2] == 0.0 && (beside[2] + 1.2).abs() < 1e-12);
+    /// assert!((beside[0] - 10f64.powf(1.0 / 3.0)).abs() < 1e-12);
     /// # Ok::<(), sinew_energy::SceneError>(())
     /// ```
     pub fn beside_centre(&self) -> Vec<f64> {
-        let share = |number: usize| 1.0 / (3 + number) as f64;
-        let ranges = self.parameters.iter().map(|parameter| parameter.range).enumerate();
-        ranges.map(|(number, [low, high])| low + share(number) * (high - low)).collect()
+        let numbered = (3..).zip(&self.parameters);
+        numbered.map(|(number, parameter)| parameter.at_share(1.0 / f64::from(number))).collect()
     }
 
     /// Indices `3 × node + component` that no support prescribes, ascending; components of the node's frame, if

@@ -177,6 +177,15 @@ impl Parameter {
         let range = [*range.start(), *range.end()];
         Self { name: name.into(), unit: unit.into(), range, sampling: Sampling::Linear }
     }
+
+    /// The value at a share of the range, on the scale of the sampling: the middle at one half.
+    pub fn at_share(&self, share: f64) -> f64 {
+        let [low, high] = self.range;
+        match self.sampling {
+            Sampling::Log => low * (high / low).powf(share),
+            Sampling::Linear => low + (high - low) * share,
+        }
+    }
 }
 
 /// Distribution of a parameter's samples over its range.

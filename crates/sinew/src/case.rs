@@ -23,7 +23,8 @@ pub use laws::{Law, Range};
 pub use loads::{FoundationLoad, Load, Pressure, Rim};
 pub use mesh::{BiventricleMesh, BoxMesh, Element, EllipsoidMesh, LiverMesh, MeshSource};
 pub use sanity::{
-    branched_in_words, doubtful_displacements, locking_in_words, negligible_displacement,
+    branched_in_words, doubtful_displacements, doubtful_emulator, locking_at_most,
+    locking_in_words, negligible_displacement,
 };
 pub use select::{
     Select, SelectBeyond, SelectBox, SelectFacing, SelectNear, SelectPlane, SelectSphere,
@@ -364,6 +365,7 @@ impl Case {
                 let reason = format!("{element} have no quadratic form here; choose \"averaged\"");
                 self.source.error(&["formulation"], reason)
             })?;
+            self.fibres.iter().for_each(|fibres| fibres.raise(&mut mesh));
         }
         let loads = self.lower_loads(&mesh, law)?;
         let supports = self.lower_supports(&mut mesh)?;
@@ -399,7 +401,7 @@ impl Case {
             Some(rule) if law.directions > 0 => {
                 rule.directions(law, &self.mesh, scene, &self.source)
             }
-            _ => fibres::directions(self.fibres.as_ref(), law, &scene.mesh, &self.source),
+            _ => fibres::directions(self.fibres.as_ref(), law, scene, &self.source),
         }
     }
 

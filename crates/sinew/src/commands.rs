@@ -20,7 +20,7 @@ use anyhow::{Context, Result};
 use batch::{Batch, ThetaArguments, Written};
 use clap::Args;
 use script::quoted;
-use sinew::case::{Formulation, branched_in_words, doubtful_displacements};
+use sinew::case::{Formulation, branched_in_words, doubtful_displacements, locking_at_most};
 use sinew::{
     Body, Case, CaseError, Emulator, EmulatorError, FrozenStiffness, Simulations, ThetaText,
     simulate, theta_in_words,
@@ -193,10 +193,14 @@ pub(crate) fn warn_of_locking(locking: Result<Option<LockingWarning>, SolveError
     }
 }
 
-/// Tells doubts about displacements on standard error.
-pub(crate) fn tell_doubtful<'a>(body: &Body, fields: impl IntoIterator<Item = &'a [f64]>) {
-    let fields: Vec<_> = fields.into_iter().collect();
-    warn(doubtful_displacements(body, &fields));
+/// Tells on standard error what to doubt of the states of a body at sets of parameters.
+pub(crate) fn tell_states<'a>(
+    body: &Body,
+    thetas: &'a [Vec<f64>],
+    fields: impl Iterator<Item = &'a [f64]> + Clone,
+) {
+    warn_of_locking(locking_at_most(body, thetas.iter().zip(fields.clone())));
+    warn(doubtful_displacements(body, &fields.collect::<Vec<_>>()));
 }
 
 /// Prints warnings on standard error.
@@ -274,7 +278,7 @@ pub(crate) fn solved(
 
 /// Tells doubts about solutions on standard error, and other stable equilibria.
 pub(crate) fn tell_solved(body: &Body, found: &Simulations) {
-    tell_doubtful(body, found.fields.iter().map(Vec::as_slice));
+    tell_states(body, &found.thetas, found.fields.iter().map(Vec::as_slice));
     warn(branched_in_words(body, found, "`sinew solve --load-steps`"));
 }
 

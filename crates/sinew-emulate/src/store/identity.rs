@@ -1,7 +1,6 @@
 //! Fingerprint of the body that an emulator belongs to, in a few numbers.
 
 use crate::Body;
-use crate::sample::at_share;
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Parameter, Sampling};
 use sinew_num::dot;
@@ -62,7 +61,7 @@ pub(crate) fn of(body: &Body) -> Identity {
         dot(&force, &probe)
     };
     let share = |number: usize| (0.37 + GOLDEN * number as f64).fract();
-    let aside = body.parameters.iter().enumerate().map(|(i, p)| at_share(p, share(i)));
+    let aside = body.parameters.iter().enumerate().map(|(i, p)| p.at_share(share(i)));
     let aside: Vec<f64> = aside.collect();
     let held = |(i, prescribed): (usize, &Option<f64>)| {
         prescribed.map(|u| body.frames.component(i, &probe) / step * (1.0 + u / size))

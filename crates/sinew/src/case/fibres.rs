@@ -4,8 +4,8 @@ use super::fibre_rule::{EllipsoidRule, FibreRule};
 use super::source::{Exactly, Result, Source, advise};
 use nalgebra::Vector3;
 use serde::Deserialize;
-use sinew_energy::Body;
 use sinew_energy::laws::NamedLaw;
+use sinew_energy::{Body, Scene};
 use sinew_fem::fibres::cells_of_mixed_signs;
 use sinew_mesh::{AnyMesh, Field};
 use std::collections::{BTreeSet, HashMap};
@@ -69,6 +69,24 @@ impl Fibres {
         };
         write(&rows, mesh);
         Ok(())
+    }
+
+    /// Gives middle nodes the mean direction of both ends of their edge, in place of the mean vector of directions that differ in length or sign.
+    pub(super) fn raise(&self, mesh: &mut AnyMesh) {
+        let element = mesh.element();
+        let cells = mesh.cells().chunks_exact(element.nodes.len());
+        let edges =
+            cells.flat_map(|cell| element.edges.iter().map(|e| [0, 1, 2].map(|k| cell[e[k]])));
+        let edges: Vec<[usize; 3]> = edges.collect();
+        for name in self.fields() {
+            let Some(field) = mesh.point_fields_mut().get_mut(name) else { continue };
+            let Some(mut rows) = field.to_vectors::<3>() else { continue };
+            for &[a, b, middle] in &edges {
+                let [a, b] = [a, b].map(|node| Vector3::from(rows[node]).normalize());
+                rows[middle] = (a + b * a.dot(&b).signum()).into();
+            }
+            *field = Field::vectors(&rows);
+        }
     }
 
     /// Copies the named fields from another file with the same mesh, in any unit of length.
@@ -200,9 +218,10 @@ fn put(mesh: &mut AnyMesh, name: &str, field: Field, of_cells: bool) {
 pub(super) fn directions(
     fibres: Option<&Fibres>,
     law: &NamedLaw,
-    mesh: &AnyMesh,
+    scene: &Scene,
     source: &Source,
 ) -> Result<Vec<[f64; 3]>> {
+    let mesh = &scene.mesh;
     if law.directions == 0 {
         return Ok(Vec::new());
     }
@@ -229,8 +248,14 @@ pub(super) fn directions(
     let differ = columns.iter().any(|column| column.len() != columns[0].len());
     let reason = "fibres and sheets must both be fields of cells, or both of nodes";
     source.refuse_if(differ, &["fibres", "sheets"], || reason)?;
-    let mut directions = Vec::with_capacity(law.directions * columns[0].len());
-    for index in 0..columns[0].len() {
+    let rows = columns[0].len();
+    let others = || [mesh.cell_count(), scene.quadrature_points().len()];
+    let alike = !mesh.cell_fields().contains_key(names[0]) && others().contains(&rows);
+    source.refuse_if(alike, &["fibres", "field"], || {
+        format!("the mesh has {rows} nodes, and as many cells or quadrature points; give fibres of cells, or take other cells")
+    })?;
+    let mut directions = Vec::with_capacity(law.directions * rows);
+    for index in 0..rows {
         let given: Vec<_> = columns.iter().map(|column| column[index]).collect();
         let frame = completed(&given);
         let frame = frame.map_err(|reason| error("field", format!("row {index}: {reason}")))?;

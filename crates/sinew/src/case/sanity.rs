@@ -7,9 +7,9 @@ use crate::output::least_and_largest_ratio;
 use crate::theta::theta_in_words;
 use rayon::prelude::*;
 use sinew_emulate::parts::dot;
-use sinew_emulate::{Simulations, Warning};
+use sinew_emulate::{Emulator, Simulations, Warning};
 use sinew_energy::{Body, Mat3};
-use sinew_fem::LockingWarning;
+use sinew_fem::{LockingWarning, SolveError, locking};
 
 /// Smallest and largest size of a body [mm]: a millimetre of tissue and a metre, the length of a leg.
 const SIZES: [f64; 2] = [1.0, 1e3];
@@ -154,6 +154,16 @@ pub fn doubtful_displacements(body: &Body, fields: &[&[f64]]) -> Vec<String> {
     still.into_iter().chain(squeezed).collect()
 }
 
+/// [`doubtful_displacements`] of an emulator, in the middle of the ranges and beside it.
+///
+/// # Errors
+/// An emulator that cannot predict.
+pub fn doubtful_emulator(emulator: &Emulator<'_>) -> Result<Vec<String>, sinew_emulate::Error> {
+    let body = emulator.body();
+    let probes = emulator.predict(&[body.centre(), body.beside_centre()])?;
+    Ok(doubtful_displacements(body, &[probes.field(0), probes.field(1)]))
+}
+
 /// Warnings about solutions that are unstable, and that a rising load does not lead to; `cure` raises the load step by step.
 pub fn branched_in_words(body: &Body, found: &Simulations, cure: &str) -> Vec<String> {
     let unstable = found.unstable.first().map(|first| {
@@ -223,7 +233,19 @@ fn rounded(value: f64) -> String {
     sinew_report::format::trimmed(value, 3)
 }
 
-/// Text of a warning of [`sinew_fem::locking`] for the author of a case file: how much of the displacement is expected
+/// [`locking`] at the θ of the largest mean square displacement; none without any.
+///
+/// # Errors
+/// As for [`locking`].
+pub fn locking_at_most<'a>(
+    body: &Body,
+    states: impl IntoIterator<Item = (&'a Vec<f64>, &'a [f64])>,
+) -> Result<Option<LockingWarning>, SolveError> {
+    let most = states.into_iter().max_by(|(_, a), (_, b)| dot(a, a).total_cmp(&dot(b, b)));
+    most.map_or(Ok(None), |(theta, field)| locking(body, theta, field))
+}
+
+/// Text of a warning of [`locking`] for the author of a case file: how much of the displacement is expected
 /// to be lost, why, and which key cures it.
 ///
 /// ```

@@ -2,11 +2,11 @@
 
 #[cfg(feature = "networks")]
 use super::refuse;
-use super::{CaseArguments, chosen, tell_doubtful, trained, warn, write};
+use super::{CaseArguments, chosen, trained, warn, write};
 use anyhow::{Context, Result};
 use clap::Args;
 use serde_json::json;
-use sinew::case::{RecipeName, Training};
+use sinew::case::{RecipeName, Training, doubtful_emulator};
 use sinew::{Body, Case, Emulator, PAGE_SEED, TrainingOptions, npz};
 use sinew_emulate::Terminal;
 use sinew_mesh::to_npy;
@@ -80,8 +80,7 @@ impl Export {
                 (name, sinew::load(&path, body)?)
             }
         };
-        let probes = emulator.predict(&[body.centre(), body.beside_centre()])?;
-        tell_doubtful(body, [probes.field(0), probes.field(1)]);
+        warn(doubtful_emulator(&emulator)?);
         let viewer = sinew::viewer(&emulator, PAGE_SEED, &mut Terminal::default())?;
         warn(&viewer.notes);
         for (name, value) in &viewer.facts {

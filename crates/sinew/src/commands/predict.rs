@@ -3,7 +3,7 @@
 mod answer;
 use super::{
     Batch, CaseArguments, MOST_WARNINGS, Neighbour, ThetaArguments, Written, chosen, refuse_if,
-    runs, tell_doubtful, warn, warn_of_locking,
+    runs, tell_states, warn,
 };
 pub(crate) use answer::Plan;
 use anyhow::{Result, ensure};
@@ -63,7 +63,7 @@ pub(crate) struct Correct {
 }
 
 impl Asked {
-    /// Reads θ and the emulator, and repeats the warnings of its training; locking is judged at the first prediction. Then computes and
+    /// Reads θ and the emulator, and repeats the warnings of its training. Then computes and
     /// writes the rows in parts, into a folder of the command and the emulator.
     fn in_parts(
         &self,
@@ -77,9 +77,6 @@ impl Asked {
         let emulator = sinew::load(&path, body)?;
         for warning in &emulator.record.warnings {
             eprintln!("warning: the training of `{name}` said: {warning}");
-        }
-        if let Ok(first) = emulator.predict(&batch.thetas()[..1]) {
-            warn_of_locking(sinew_fem::locking(body, &first.thetas[0], first.field(0)));
         }
         batch.in_parts(&self.written, |batch| compute(batch, &emulator, &folder))
     }
@@ -118,7 +115,8 @@ impl Predict {
         let prediction = predicted(emulator, &mut batch, self.refine)?;
         let estimates = if self.quick { Vec::new() } else { estimated(emulator, &prediction) };
         let unit = &body.units.length;
-        tell_doubtful(body, (0..prediction.thetas.len()).map(|place| prediction.field(place)));
+        let fields = (0..prediction.thetas.len()).map(|place| prediction.field(place));
+        tell_states(body, &prediction.thetas, fields);
         batch.print(|place| {
             let moved = displacement_in_words(prediction.field(place), unit);
             let error = estimates.get(place).map_or(String::new(), |found| found.in_words(unit));
@@ -228,7 +226,9 @@ impl Correct {
             Ok(found)
         };
         let corrected = batch.answered(batch.thetas().into_iter().map(correct));
-        let predicted = emulator.predict(&batch.thetas())?.fields();
+        let thetas = batch.thetas();
+        tell_states(body, &thetas, corrected.iter().map(|found| &found.displacement[..]));
+        let predicted = emulator.predict(&thetas)?.fields();
         let unit = &body.units.length;
         let answers = corrected.iter().zip(&predicted).map(|(found, before)| Row {
             fields: vec![&found.displacement, before],

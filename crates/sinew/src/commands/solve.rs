@@ -2,7 +2,7 @@
 
 use super::{
     Batch, CaseArguments, ThetaArguments, Usage, Written, make_folder, refuse, single, tell_solved,
-    warn, warn_of_locking,
+    tell_states, warn,
 };
 use anyhow::{Result, bail};
 use clap::Args;
@@ -11,11 +11,11 @@ use sinew::output::{
     Results, Row, by_row, displacement_in_words, end_in_words, least_and_largest_ratio,
 };
 use sinew::{
-    Body, Case, Parameter, Simulations, Solution, Warning, admissible, outside, parse_way,
-    range_in_words, simulate, thetas_along,
+    Body, Case, Parameter, Simulations, Warning, admissible, outside, parse_way, range_in_words,
+    simulate, thetas_along,
 };
 use sinew_emulate::{Counter, Terminal, simulate_by};
-use sinew_fem::{LoadSteps, Options, Solver, Trace, compare_formulations, locking};
+use sinew_fem::{LoadSteps, Options, Solver, Trace, compare_formulations};
 use sinew_report::format::trimmed;
 use std::path::Path;
 
@@ -75,9 +75,6 @@ impl Solve {
         tell_solved(body, found);
         let answers =
             batch.answered(by_row(&thetas, found).into_iter().map(|place| answer(found, place)));
-        if let (Some(theta), Some(field)) = (found.thetas.first(), found.fields.first()) {
-            warn_of_locking(locking(body, theta, field));
-        }
         batch.print(|place| said(body, &found.fields[place]));
         if self.check_mesh && batch.is_first() {
             check_mesh(case.clone(), body, found)?;
@@ -105,9 +102,8 @@ impl Solve {
         let (names, rows, stresses) = (vec!["solved"], rows.collect(), self.written.fields);
         let results = Results { body, names, rows, stresses };
         results.write_along(folder, index)?;
-        if let Some(Solution { theta, displacement, .. }) = frames.last() {
-            warn_of_locking(locking(body, theta, displacement));
-        }
+        let fields = frames.iter().map(|frame| &frame.displacement[..]);
+        tell_states(body, &thetas[..frames.len()], fields);
         println!("written: {}", folder.display());
         match end {
             None => Ok(()),

@@ -1,9 +1,9 @@
 //! Training.
 
-use super::{CaseArguments, refuse, refuse_if, runs, tell_doubtful, warn_of_locking};
+use super::{CaseArguments, refuse, refuse_if, runs, warn, warn_of_locking};
 use anyhow::Result;
 use clap::Args;
-use sinew::case::{RecipeName, Training};
+use sinew::case::{RecipeName, Training, doubtful_emulator};
 use sinew_emulate::{Errors, Kept};
 use std::path::{Path, PathBuf};
 
@@ -103,8 +103,7 @@ impl Train {
         };
         let mut terminal = sinew_emulate::Terminal::default();
         let emulator = training.train(&body, &options, &mut terminal)?;
-        let probes = emulator.predict(&[body.centre(), body.beside_centre()])?;
-        tell_doubtful(&body, [probes.field(0), probes.field(1)]);
+        warn(doubtful_emulator(&emulator)?);
         tell(&emulator, &folder);
         Ok(())
     }

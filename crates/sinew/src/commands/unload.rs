@@ -1,7 +1,7 @@
 //! Bodies at rest of loaded images.
 
 use super::{
-    CaseFile, ThetaArguments, check_vtu, keep_foreign, marked, single, warn_of_locking, write,
+    CaseFile, ThetaArguments, check_vtu, keep_foreign, marked, single, tell_states, write,
 };
 use anyhow::{Result, bail};
 use clap::Args;
@@ -10,7 +10,7 @@ use sinew::output::displacement_in_words;
 use sinew::stresses::add_stresses;
 use sinew::{Body, Case, mesh_at_rest, theta_in_words};
 use sinew_energy::Fibres;
-use sinew_fem::{Unload, UnloadOptions, Unloaded, locking, mixed_stresses};
+use sinew_fem::{Unload, UnloadOptions, Unloaded, mixed_stresses};
 use sinew_mesh::AnyMesh;
 use sinew_report::format::trimmed;
 use std::path::{Path, PathBuf};
@@ -57,7 +57,8 @@ impl UnloadCommand {
         let theta = single("--theta", &thetas)?;
         let mut unload = Unload::new(&image)?.fibres(self.fibres);
         let unloaded = unload.solve(theta, &UnloadOptions::default())?;
-        warn_of_locking(locking(&unloaded.rest, theta, &unloaded.displacement()));
+        let displacement = unloaded.displacement();
+        tell_states(&unloaded.rest, &thetas, std::iter::once(&displacement[..]));
         println!("{}{}", theta_in_words(&image, theta), said(&image, &unloaded));
         picture(&image, &unloaded, self.fields)?.write_vtu(&self.output)?;
         let text = case.text_at_rest(&unloaded, Some(&self.output))?;

@@ -8,7 +8,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 use sinew_calibrate::{CalibrateError, Identified};
-use sinew_emulate::{Counter, Emulated, Observer, RunsEmulator, at_share};
+use sinew_emulate::{Counter, Emulated, Observer, RunsEmulator};
 use sinew_energy::Unit;
 use sinew_sample::{
     ArvizDict, Chains, Laplace, LogDensity, NutsOptions, nuts_from, standard_normals,
@@ -237,7 +237,7 @@ impl<'a> Target<'a> {
 
     fn theta(&self, y: &[f64]) -> Vec<f64> {
         let parameters = self.emulator.parameters.iter().zip(self.shares(y));
-        parameters.map(|(parameter, share)| at_share(parameter, share)).collect()
+        parameters.map(|(parameter, share)| parameter.at_share(share)).collect()
     }
 
     /// Emulated outputs of the data.

@@ -86,6 +86,26 @@ fn bulk_and_shear_are_those_of_the_parameters_asked_for() {
 }
 
 #[test]
+fn of_many_sets_the_one_that_moves_most_is_judged() {
+    let folder = folder("bar.toml", &BAR.replace("-9.8e-4", "-9.8e-3"));
+    std::fs::write(folder.path().join("t.csv"), "E,nu\n16,0.2\n8,0.2\n12,0.2\n").unwrap();
+    let lost = |arguments: &str| {
+        let (code, told) = sinew(folder.path(), arguments);
+        assert_eq!(code, 0, "{arguments}: {told}");
+        number(&told, "expected to lose ", " %")
+    };
+    let [first, most] = [16, 8].map(|e| lost(&format!("solve bar.toml --theta E={e},nu=0.2")));
+    assert_ne!(first, most);
+    lost("train bar.toml");
+    for command in ["solve", "predict", "correct"] {
+        let alone = lost(&format!("{command} bar.toml --theta E=8,nu=0.2"));
+        assert_eq!(lost(&format!("{command} bar.toml --theta t.csv")), alone, "{command}");
+    }
+    assert_eq!(lost("predict bar.toml --theta t.csv --accuracy 1e-3"), most);
+    lost("sample bar.toml --count 2 --solve");
+}
+
+#[test]
 fn auto_chooses_cells_that_lose_little() {
     let body = |text: &str| Case::parse(text, "case.toml").unwrap().body().unwrap();
     let auto = |text: &str| body(&format!("formulation = \"auto\"\n{text}"));

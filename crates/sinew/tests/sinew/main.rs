@@ -10,6 +10,7 @@ mod campaigns;
 mod case_files;
 mod command_lines;
 mod damaged_cases;
+mod directions;
 mod four_chambers;
 mod images;
 mod keys;

@@ -2,8 +2,7 @@
 
 use super::{Asked, others};
 use crate::commands::{
-    Batch, CaseArguments, Neighbour, chosen, count, refuse, tell_doubtful, trained, warn,
-    warn_of_locking,
+    Batch, CaseArguments, Neighbour, chosen, count, refuse, tell_states, trained, warn,
 };
 use anyhow::{Result, bail};
 use clap::Args;
@@ -65,10 +64,7 @@ fn part<'b>(
     table(&found.plan);
     let answers = found.answers.into_iter().map(|found| found.map_err(|why| why.to_string()));
     let answers: Vec<Answer> = batch.answered(answers);
-    if let (Some(theta), Some(first)) = (batch.thetas().first(), answers.first()) {
-        warn_of_locking(sinew_fem::locking(body, theta, &first.displacement));
-    }
-    tell_doubtful(body, answers.iter().map(|answer| answer.displacement.as_slice()));
+    tell_states(body, &batch.thetas(), answers.iter().map(|answer| &answer.displacement[..]));
     batch.print(|place| {
         let Answer { displacement, error, .. } = &answers[place];
         let moved = displacement_in_words(displacement, &body.units.length);

@@ -1,0 +1,65 @@
+//! Directions at nodes: they have neither length nor sense, in cells of any order.
+
+use sinew::{Body, Case};
+use sinew_mesh::{AnyMesh, Field, box_hexahedra, box_tetrahedra};
+
+const CASE: &str = r#"
+law = { name = "holzapfel-ogden", bulk_modulus = 25.0 }
+loads = [{ body_force = [0.0, 0.0, -0.01] }]
+supports = [{ clamped = "x_min" }]
+mesh.file = "none.vtu"
+fibres.field = "f"
+parameters = { a = [0.1, 0.26], b = [1.0, 4.2], a_f = [1.5, 5.18], b_f = [1.0, 4.46] }
+"#;
+
+/// A body whose fibres turn along x; that of a node is multiplied by a factor.
+fn body(
+    formulation: &str,
+    mut mesh: AnyMesh,
+    factor: impl Fn(usize) -> f64,
+) -> Result<Body, String> {
+    let turned = |(node, x): (usize, &[f64; 3])| {
+        let (sin, cos) = (0.3 + 0.2 * x[0] + 0.1 * x[1]).sin_cos();
+        [cos, sin, 0.1 * x[2]].map(|d| factor(node) * d)
+    };
+    let fibres: Vec<_> = mesh.points().iter().enumerate().map(turned).collect();
+    mesh.point_fields_mut().insert("f".into(), Field::vectors(&fibres));
+    let text = format!("formulation = \"{formulation}\"\n{CASE}");
+    let case = Case::parse(&text, "case.toml").map_err(|error| error.to_string())?;
+    case.body_on(mesh).map_err(|error| error.to_string())
+}
+
+#[test]
+fn length_and_sense_of_nodal_directions_change_nothing() {
+    let energy = |formulation: &str, factor: fn(usize) -> f64| {
+        let mesh = box_tetrahedra([4.0, 3.0, 2.0], [4, 3, 2]);
+        let body = body(formulation, mesh.into(), factor).unwrap();
+        let moved =
+            body.positions.iter().flat_map(|x| [0.2 * x[0] * x[1], 0.1 * x[0], -0.1 * x[2]]);
+        let (moved, mut forces) = (moved.collect::<Vec<_>>(), vec![0.0; 3 * body.nodes]);
+        body.value_and_gradient(&moved, &body.centre(), &mut forces)
+    };
+    for formulation in ["plain", "quadratic"] {
+        let unit = energy(formulation, |_| 1.0);
+        let [long, turned] = [
+            energy(formulation, |node| 1.0 + (node * 7 % 5) as f64),
+            energy(formulation, |node| if node * 7 % 5 < 2 { -1.0 } else { 1.0 }),
+        ];
+        for other in [long, turned] {
+            assert!((other / unit - 1.0).abs() < 1e-12, "{formulation}: {other} and {unit}");
+        }
+    }
+}
+
+#[test]
+fn nodal_directions_are_not_taken_for_those_of_cells() {
+    // As many nodes as quadrature points, and as many nodes as cells.
+    for mesh in [
+        AnyMesh::from(box_hexahedra([1.0; 3], [1, 1, 1])),
+        box_tetrahedra([1.0, 1.0, 2.0], [1, 1, 2]).into(),
+    ] {
+        let refused = body("plain", mesh, |_| 1.0).unwrap_err();
+        assert!(refused.contains("give fibres of cells"), "{refused}");
+    }
+    assert!(body("plain", box_hexahedra([1.0; 3], [2, 1, 1]).into(), |_| 1.0).is_ok());
+}
