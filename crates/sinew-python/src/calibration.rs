@@ -1,7 +1,7 @@
 //! Calibration: posteriors of a patient's parameters, checks before it, and patients that are made.
 
 use crate::case::NativeCase;
-use crate::errors::Result;
+use crate::errors::{Result, said};
 use crate::relay;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -40,16 +40,16 @@ pub(crate) fn calibrate(
             solves = kept(solves, folder, &file, &prepared, again)?;
         }
         let posterior = sampled(&prepared.problem, &mut solves, &options)?;
-        let mut doubts = Vec::new();
+        let mut doubts = prepared.warnings();
         if let Some(folder) = &folder {
             let provenance = Provenance::of_this_run("pysinew", env!("CARGO_MANIFEST_DIR"));
             let provenance = provenance.finished(clock.elapsed().as_secs_f64());
             let provenance = Provenance { seed: Some(options.seed), ..provenance };
-            doubts = written(&file, &prepared, &patient, &posterior, provenance, folder)?.1;
+            doubts.extend(written(&file, &prepared, &patient, &posterior, provenance, folder)?.1);
         } else if let Ok(states) = patient.states_checked(&posterior.mode.theta, false) {
             doubts.extend(too_stiff(&states));
         }
-        Ok((arviz(&prepared, &posterior).to_json(), in_words(&prepared, &posterior), doubts))
+        Ok((arviz(&prepared, &posterior).to_json(), in_words(&prepared, &posterior), said(doubts)))
     })
 }
 
@@ -96,11 +96,12 @@ pub(crate) fn check_calibration<'py>(
             words: [vec![reason, String::new()], setting_in_words(&prepared), ahead].concat(),
             theta: unknowns.map(|(own, theta)| (own.name.clone(), own.shown(*theta))).collect(),
             misfits: data.map(|(datum, misfit)| (datum.name.clone(), *misfit)).collect(),
-            warnings: patient
-                .states_checked(&mode.theta, false)
-                .iter()
-                .flat_map(too_stiff)
-                .collect(),
+            warnings: said(
+                prepared
+                    .warnings()
+                    .into_iter()
+                    .chain(patient.states_checked(&mode.theta, false).iter().flat_map(too_stiff)),
+            ),
         })
     })?;
     let result = PyDict::new(listener.py());

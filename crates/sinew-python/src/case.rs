@@ -2,7 +2,7 @@
 
 use crate::arrays::{Array, Flat, Rows, indices, triples};
 use crate::emulator::{NativeEmulator, by_own_units};
-use crate::errors::Result;
+use crate::errors::{Result, said};
 use crate::mesh::NativeMesh;
 use crate::{relay, results, training};
 use pyo3::prelude::*;
@@ -17,7 +17,7 @@ use sinew::{
 use sinew_emulate::{Answers, Counter, Design, simulate_by};
 use sinew_energy::{Fibres, Sampling};
 use sinew_fem::{
-    LoadSteps, Options, Solver, Unload, UnloadOptions, compare_formulations, held_sets, locking,
+    LoadSteps, Options, Solver, Unload, UnloadOptions, compare_formulations, held_sets,
     mixed_stresses, reactions,
 };
 use sinew_mesh::{DISPLACEMENT, Field, to_vtu, with_cells};
@@ -207,7 +207,7 @@ impl NativeCase {
         self.potential()?;
         let body = self.body.clone();
         let found = relay::run(listener, move |_| sinew_fem::locking_at_centre(&body))?;
-        Ok(found.as_ref().map(locking_in_words))
+        Ok(said(found.as_ref().map(locking_in_words)).pop())
     }
 
     /// θ in the unit of the scene from names and texts such as `7 mmHg`.
@@ -250,8 +250,9 @@ impl NativeCase {
     }
 
     /// Volumes of the cavities, a row per displacement \[mm³\].
-    fn volumes(&self, fields: Rows) -> Array {
-        let found: Vec<_> = fields.0.iter().map(|field| self.body.cavity_volumes(field)).collect();
+    fn volumes(&self, py: Python<'_>, fields: Rows) -> Array {
+        let of = |field: &Vec<f64>| self.body.cavity_volumes(field);
+        let found: Vec<_> = py.detach(|| fields.0.iter().map(of).collect());
         Array::stacked(&found, self.body.cavities.len())
     }
 
@@ -335,10 +336,9 @@ impl NativeCase {
             Solver::new(&body)?.trace(&asked, &Options::default(), || counter.step(1, ""))
         })?;
         let found = PyDict::new(py);
-        let last = trace.solutions.last();
-        let stiff = last
-            .and_then(|last| locking(&self.body, &last.theta, &last.displacement).ok().flatten());
-        let warnings: Vec<_> = stiff.iter().map(locking_in_words).collect();
+        let fields: Vec<_> =
+            trace.solutions.iter().map(|solution| &solution.displacement[..]).collect();
+        let warnings = results::doubts(py, &self.body, &thetas[..fields.len()], &fields);
         let fields = trace.solutions.iter().map(|solution| Some(&solution.displacement));
         let missing = std::iter::repeat_n(None, thetas.len() - trace.solutions.len());
         let fields: Vec<_> = fields.chain(missing).collect();
@@ -358,12 +358,14 @@ impl NativeCase {
     /// cavities by both, and all in words.
     fn compared(
         &self,
+        py: Python<'_>,
         displacement: Flat,
         better: &Self,
         better_displacement: Flat,
     ) -> Result<Compared> {
         let [own, other] = [&self.body, &better.body];
-        let found = compare_formulations(own, &displacement.0, other, &better_displacement.0)?;
+        let compare = || compare_formulations(own, &displacement.0, other, &better_displacement.0);
+        let found = py.detach(compare)?;
         let [kind, better] = [own, other].map(|body| body.element().plural);
         let words = format!("{kind} against {better}: {found}");
         Ok((found.mean, found.largest, found.displacement_loss(), found.cavities, words))
@@ -380,13 +382,14 @@ impl NativeCase {
         self.potential()?;
         self.check(&thetas.0)?;
         let (body, trained) = (self.body.clone(), emulator.map(NativeEmulator::shared));
+        let asked = thetas.0.clone();
         let found = relay::run(listener, move |observer| match trained {
             None => Answers::to(&body, &thetas.0, accuracy, None, observer),
             Some(trained) => trained.with(|emulator| {
                 Answers::to(emulator.body(), &thetas.0, accuracy, Some(emulator), observer)
             }),
         })?;
-        Ok(results::answers(listener.py(), &self.body, &found)?)
+        Ok(results::answers(listener.py(), &self.body, &asked, &found)?)
     }
 
     /// An emulator by the case's recipe, its keys replaced by those in `options` (JSON).
@@ -425,15 +428,20 @@ impl NativeCase {
         let found = relay::run(listener, move |_| {
             Unload::new(&body)?.fibres(fibres).solve(&theta.0.concat(), &UnloadOptions::default())
         })?;
-        let rest = self.case.at_rest(&self.body, &found)?;
+        let rest = py.detach(|| self.case.at_rest(&self.body, &found))?;
         let numbers = PyDict::new(py);
         let displacement = Array::new(found.displacement(), [self.body.nodes, 3]);
         numbers.set_item("displacement", displacement)?;
         numbers.set_item("distance", found.loading.map_or(f64::NAN, |loading| loading.distance))?;
         numbers.set_item("volume_ratios", found.volume_ratios.map(|ratio| ratio.value))?;
         numbers.set_item("iterations", found.iterations)?;
-        let stiff = locking(&found.rest, &found.theta, &found.displacement()).ok().flatten();
-        numbers.set_item("warnings", stiff.iter().map(locking_in_words).collect::<Vec<_>>())?;
+        let warnings = results::doubts(
+            py,
+            &found.rest,
+            std::slice::from_ref(&found.theta),
+            &[&found.displacement()],
+        );
+        numbers.set_item("warnings", warnings)?;
         Ok((Self::lowered(py, rest)?, numbers))
     }
 
@@ -441,19 +449,22 @@ impl NativeCase {
     #[pyo3(signature = (path, displacement, pressure, theta=None))]
     fn write_vtu(
         &self,
+        py: Python<'_>,
         path: PathBuf,
         displacement: Flat,
         pressure: Flat,
         theta: Option<Flat>,
     ) -> Result<()> {
-        let mut mesh = (*self.body.mesh).clone();
-        let field = triples(displacement);
-        if let Some(Flat(theta)) = theta {
-            let cells = mixed_stresses(&self.body, field.as_flattened(), &pressure.0, &theta)?;
-            add_stresses(&mut mesh, &self.body, &cells);
-        }
-        mesh.point_fields_mut().insert(DISPLACEMENT.into(), Field::vectors(&field));
-        Ok(mesh.write_vtu(path)?)
+        py.detach(|| {
+            let mut mesh = (*self.body.mesh).clone();
+            let field = triples(displacement);
+            if let Some(Flat(theta)) = theta {
+                let cells = mixed_stresses(&self.body, field.as_flattened(), &pressure.0, &theta)?;
+                add_stresses(&mut mesh, &self.body, &cells);
+            }
+            mesh.point_fields_mut().insert(DISPLACEMENT.into(), Field::vectors(&field));
+            Ok(mesh.write_vtu(path)?)
+        })
     }
 
     /// The case in quadratic cells.

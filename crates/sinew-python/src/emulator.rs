@@ -1,14 +1,14 @@
 //! Emulators: predictions, error estimates, corrections, sensitivities.
 
 use crate::arrays::{Array, Flat, Rows};
-use crate::errors::Result;
+use crate::errors::{Result, said};
 use crate::relay;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use self_cell::self_cell;
-use sinew::case::{Training, doubtful_displacements};
+use sinew::case::{Training, doubtful_emulator};
 use sinew::{Body, Emulator, Estimate, Prediction, TrainingOptions};
-use sinew_emulate::{Error, Warning};
+use sinew_emulate::Error;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -72,7 +72,7 @@ impl NativeEmulator {
 
 /// Displacements, and the warnings of each.
 type Predicted = (Array, Vec<Vec<String>>);
-/// A page, facts about it, and doubts.
+/// A page, facts about it, and notes.
 type Page = (String, Vec<(String, String)>, Vec<String>);
 
 #[pymethods]
@@ -99,6 +99,11 @@ impl NativeEmulator {
         self.with(|emulator| said(&emulator.record.warnings))
     }
 
+    /// What to doubt of its displacements.
+    fn doubts(&self, py: Python<'_>) -> Result<Vec<String>> {
+        Ok(py.detach(|| self.with(doubtful_emulator))?)
+    }
+
     /// Stores it in a folder.
     fn save(&self, folder: PathBuf) -> Result<()> {
         Ok(self.with(|emulator| emulator.save(&folder))?)
@@ -117,21 +122,17 @@ impl NativeEmulator {
         } else {
             listener.py().detach(|| self.with(|emulator| emulator.predict(&thetas.0)))?
         };
-        let warnings = found.warnings.iter().map(|warnings| said(warnings)).collect();
+        let warnings = found.warnings.iter().map(said).collect();
         Ok((Array::new(found.displacement, shape), warnings))
     }
 
-    /// The emulator as one page for a browser, what was measured of it by name, and doubts.
+    /// The emulator as one page for a browser, what was measured of it by name, and notes.
     fn page(&self, listener: &Bound<'_, PyAny>) -> Result<Page> {
         let shared = self.shared();
         relay::run(listener, move |observer| {
             shared.with(|emulator| -> Result<_, Error> {
-                let (body, viewer) =
-                    (emulator.body(), sinew::viewer(emulator, sinew::PAGE_SEED, observer)?);
-                let probes = emulator.predict(&[body.centre(), body.beside_centre()])?;
-                let doubts = doubtful_displacements(body, &[probes.field(0), probes.field(1)]);
-                let (html, notes) = (viewer.to_html(), viewer.notes);
-                Ok((html, viewer.facts, doubts.into_iter().chain(notes).collect()))
+                let viewer = sinew::viewer(emulator, sinew::PAGE_SEED, observer)?;
+                Ok((viewer.to_html(), viewer.facts, viewer.notes))
             })
         })
     }
@@ -213,8 +214,4 @@ pub(crate) fn by_own_units(body: &Body, found: Vec<Vec<f64>>) -> Array {
         .zip(own)
         .flat_map(|(field, unit)| field.into_iter().map(move |u| u * unit));
     Array::new(scaled.collect(), [body.parameters.len(), body.nodes, 3])
-}
-
-fn said(warnings: &[Warning]) -> Vec<String> {
-    warnings.iter().map(ToString::to_string).collect()
 }

@@ -52,8 +52,23 @@ impl From<Failure> for PyErr {
     }
 }
 
-/// A text with options of the program as keywords of Python: `--load-steps` is `load_steps`, and what names a folder is `folder`.
+/// What does in Python what a command of the program does.
+const CALLS: [(&str, &str); 4] = [
+    ("`sinew solve --check-mesh`", "`Case.check_mesh`"),
+    ("`sinew solve --load-steps`", "`Case.solve(load_steps=True)`"),
+    ("`sinew solve`", "`Case.solve`"),
+    ("`sinew unload`", "`Case.unload`"),
+];
+
+/// Texts in words of Python.
+pub(crate) fn said<T: ToString>(texts: impl IntoIterator<Item = T>) -> Vec<String> {
+    texts.into_iter().map(|text| in_python(&text.to_string())).collect()
+}
+
+/// A text with calls of Python for commands of the program, and keywords for options: `--load-steps` is `load_steps`, and what names a folder is `folder`.
 fn in_python(text: &str) -> String {
+    let text =
+        CALLS.iter().fold(text.to_string(), |text, (command, call)| text.replace(command, call));
     let mut parts = text.split("--");
     let mut said = parts.next().unwrap_or_default().to_string();
     for part in parts {

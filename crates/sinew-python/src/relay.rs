@@ -1,6 +1,6 @@
 //! Computations beside Python: on a thread of their own without the interpreter's lock, with progress and Ctrl-C.
 
-use crate::errors::{Failure, Result};
+use crate::errors::{Failure, Result, said};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use sinew_emulate::{Observer, Progress, Warning};
@@ -53,7 +53,7 @@ impl Observer for Relay {
     }
 
     fn warning(&mut self, warning: &Warning) {
-        self.tell(|news| news.warnings.push(warning.to_string()));
+        self.tell(|news| news.warnings.extend(said([warning])));
     }
 }
 

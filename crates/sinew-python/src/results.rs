@@ -1,13 +1,13 @@
 //! Results as dictionaries of arrays.
 
 use crate::arrays::Array;
+use crate::errors::said;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use sinew::case::{branched_in_words, doubtful_displacements};
+use sinew::case::{branched_in_words, doubtful_displacements, locking_at_most};
 use sinew::output::by_row;
 use sinew::{Body, Simulations, locking_in_words};
 use sinew_emulate::{Answer, Answers, Error, Method};
-use sinew_fem::locking;
 
 /// Solutions at every row of θ: displacements (NaN for failed rows), failures by row, seconds by row, warnings.
 pub(crate) fn solutions<'py>(
@@ -16,11 +16,8 @@ pub(crate) fn solutions<'py>(
     thetas: &[Vec<f64>],
     found: &Simulations,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let first = found.thetas.first().zip(found.fields.first());
-    let stiff = first.and_then(|(theta, field)| locking(body, theta, field).ok().flatten());
-    let mut warnings: Vec<String> = stiff.iter().map(locking_in_words).collect();
     let fields: Vec<_> = found.fields.iter().map(Vec::as_slice).collect();
-    warnings.extend(doubtful_displacements(body, &fields));
+    let mut warnings = doubts(py, body, &found.thetas, &fields);
     warnings.extend(branched_in_words(body, found, "load_steps=True"));
     let rows = by_row(thetas, found);
     let seconds = |row: &Result<usize, &str>| row.map_or(f64::NAN, |at| found.solve_seconds[at]);
@@ -40,6 +37,7 @@ pub(crate) fn solutions<'py>(
 pub(crate) fn answers<'py>(
     py: Python<'py>,
     body: &Body,
+    thetas: &[Vec<f64>],
     found: &Answers,
 ) -> PyResult<Bound<'py, PyDict>> {
     type Row = Result<Answer, Error>;
@@ -50,19 +48,37 @@ pub(crate) fn answers<'py>(
         Ok(_) => "predicted",
         Err(_) => "none",
     };
-    let said = |row: &Row| -> Vec<String> {
-        let warnings = row.iter().flat_map(|answer| &answer.warnings);
-        warnings.map(ToString::to_string).collect()
-    };
     let fields = rows.clone().map(|row| row.as_ref().ok().map(|answer| &answer.displacement));
+    let states = thetas.iter().zip(fields.clone());
+    let states: (Vec<_>, Vec<_>) =
+        states.filter_map(|(theta, field)| Some((theta.clone(), &field?[..]))).unzip();
     let result = PyDict::new(py);
     result.set_item("displacement", by_nodes(body, fields))?;
     result.set_item("error", Array::vector(rows.clone().map(error).collect()))?;
     result.set_item("source", rows.clone().map(source).collect::<Vec<_>>())?;
-    result.set_item("set_warnings", rows.map(said).collect::<Vec<_>>())?;
+    result.set_item(
+        "set_warnings",
+        rows.map(|row| said(row.iter().flat_map(|answer| &answer.warnings))).collect::<Vec<_>>(),
+    )?;
     result.set_item("failures", failures(&found.answers))?;
+    result.set_item("warnings", doubts(py, body, &states.0, &states.1))?;
     result.set_item("method", found.plan.method().name())?;
     Ok(result)
+}
+
+/// What to doubt of the states of a body at sets of parameters, found without the interpreter's lock.
+pub(crate) fn doubts(
+    py: Python<'_>,
+    body: &Body,
+    thetas: &[Vec<f64>],
+    fields: &[&[f64]],
+) -> Vec<String> {
+    py.detach(|| {
+        let states = thetas.iter().zip(fields.iter().copied());
+        let stiff = locking_at_most(body, states).ok().flatten();
+        let stiff = stiff.iter().map(locking_in_words);
+        said(stiff.chain(doubtful_displacements(body, fields)))
+    })
 }
 
 /// Displacements by row and node, NaN where there are none.

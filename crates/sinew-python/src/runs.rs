@@ -68,6 +68,12 @@ impl NativeRuns {
         told.map(|left| (&left.name[..], &left.unit[..], left.error, left.r_squared())).collect()
     }
 
+    /// Reasons not to trust it.
+    #[getter]
+    fn warnings(&self) -> &[String] {
+        &self.0.warnings
+    }
+
     /// Whether outputs are displacements.
     #[getter]
     fn of_fields(&self) -> bool {

@@ -36,6 +36,7 @@ print("ended", flush=True)
 CALLS = {
     "solve many": ("thetas = case.sample(2000)", "case.solve(thetas, progress=False)"),
     "solve one in quadratic cells": ("case = case.quadratic()", "case.solve()"),
+    "unload": ("case = case.quadratic()", "case.unload()"),
     "path": ("", "case.solve(along={'p': (0, '8 mmHg')}, frames=5000, progress=False)"),
     "train": ("", "case.train('regression', samples=2000, target=0.0)"),
     "answers": ("thetas = case.sample(3000)", "case.answers(thetas, 1e-6)"),

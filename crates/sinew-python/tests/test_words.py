@@ -67,6 +67,15 @@ def test_warnings_stand_at_the_line_of_the_caller(bar: Case) -> None:
             bar.solve([-10.0, 12.0])
 
 
+def test_warnings_name_calls_of_python(bar: Case) -> None:
+    with pytest.warns(SinewWarning) as told:
+        bar.solve([10.0, 12.0], progress=False)
+        bar.answers([10.0, 12.0], progress=False)
+    words = [str(warning.message) for warning in told]
+    assert len(words) == 2 and all("`Case.check_mesh` measures what is lost" in text for text in words)
+    assert not any("sinew " in text for text in words)
+
+
 def test_help_tells_of_every_attribute() -> None:
     for name in pysinew.__all__:
         thing = getattr(pysinew, name)

@@ -313,7 +313,7 @@ class Case:
         return Solutions(self, self._native.shown(thetas), found["displacement"], empty, failures, seconds, found["pressure"])
 
     def check_mesh(self, theta: Theta = None, *, progress: ProgressArgument = None) -> MeshCheck:
-        """How far the equilibrium at one θ is from that in quadratic cells: what the case's own cells lose, as by `sinew solve --check-mesh`."""
+        """How far the equilibrium at one θ is from that in quadratic cells: what the case's own cells lose."""
         # One set, so that a failure is raised.
         theta = _theta.read(self._native, theta).single().values[0]
         kind = {6: "quadratic triangles", 8: "hexahedra", 10: "quadratic tetrahedra"}.get(self.cells.shape[1])
@@ -350,6 +350,7 @@ class Case:
         native = None if emulator is None else emulator._native
         with shown(progress) as bar:
             found = self._native.answers(sets.rows, accuracy, native, bar)
+        warn(found["warnings"])
         failures = dict(found["failures"])
         self._refuse(sets, failures)
         values, displacement, error = map(sets.pick, (sets.values, found["displacement"], found["error"]))
@@ -414,6 +415,7 @@ class Case:
         warn([] if locking is None else [locking])
         with shown(progress) as bar:
             native = self._native.train(options, folder, resume, restart, bar)
+        warn(native.doubts())
         return Emulator(self, native)
 
     def load(self, folder: Path) -> Emulator:

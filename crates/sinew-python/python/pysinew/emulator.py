@@ -110,8 +110,8 @@ class Emulator:
         if not pathlib.Path(path).absolute().parent.is_dir():
             raise CaseError(f"{os.fspath(path)}: there is no folder {pathlib.Path(path).parent}; make it first")
         with shown(progress) as bar:
-            html, facts, doubts = self._native.page(bar)
-        warn(doubts)
+            html, facts, notes = self._native.page(bar)
+        warn([*self._native.doubts(), *notes])
         pathlib.Path(path).write_bytes(html.encode())
         return dict(facts)
 

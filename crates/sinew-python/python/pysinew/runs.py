@@ -87,7 +87,9 @@ class Runs:
     @staticmethod
     def load(folder: Path) -> Runs:
         """From a folder of `save` or of `sinew train --from-table`."""
-        return Runs(NativeRuns.load(pathlib.Path(folder)))
+        native = NativeRuns.load(pathlib.Path(folder))
+        warn(native.warnings)
+        return Runs(native)
 
     def save(self, folder: Path) -> None:
         """Stores it in a folder, for `load` and `sinew predict`."""
