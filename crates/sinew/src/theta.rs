@@ -238,7 +238,8 @@ pub fn read_rows(path: &Path, parameters: &[Parameter]) -> Result<Vec<TableRow>,
     let named = comments.map(|(at, line)| (at, line.trim().trim_start_matches('#'))).last();
     let is_number = |row: &str| row.split(',').any(|cell| cell.trim().parse::<f64>().is_ok());
     let named = named.filter(|(_, line)| {
-        let names: Vec<&str> = line.split(',').map(|text| head(text).0).collect();
+        let heads = cells(line);
+        let names: Vec<&str> = heads.iter().map(|text| head(text).0).collect();
         let below = lines.clone().next().is_some_and(|(_, row)| is_number(row));
         below && columns(&names, parameters).is_ok()
     });
@@ -302,14 +303,18 @@ pub(crate) fn is_comment(line: &str) -> bool {
     line.trim().is_empty() || line.trim().starts_with('#')
 }
 
-/// Cells of a line of a CSV table, without quotes; commas between quotes are part of a cell.
+/// Cells of a line of a CSV table, without quotes; commas between quotes are part of a cell, and doubled quotes there are one.
 pub(crate) fn cells(line: &str) -> Vec<String> {
     let mut quoted = false;
     let divides = |c: char| {
         quoted ^= c == '"';
         c == ',' && !quoted
     };
-    line.split(divides).map(|cell| cell.trim().trim_matches('"').trim().into()).collect()
+    let bare = |cell: &str| match cell.strip_prefix('"').and_then(|cell| cell.strip_suffix('"')) {
+        Some(quoted) => quoted.trim().replace("\"\"", "\""),
+        None => cell.into(),
+    };
+    line.split(divides).map(|cell| bare(cell.trim())).collect()
 }
 
 /// Requires values that the body's law has a meaning for.
@@ -363,7 +368,6 @@ pub fn outside(parameters: &[Parameter], theta: &[f64]) -> Vec<String> {
 
 /// Name and unit of a column, such as `p [mmHg]`.
 pub(crate) fn head(text: &str) -> (&str, &str) {
-    let text = text.trim().trim_matches('"');
     match text.split_once('[') {
         Some((name, unit)) => (name.trim(), unit.trim().trim_end_matches(']').trim()),
         None => (text, ""),
@@ -408,6 +412,9 @@ fn number(text: &str, unit: &Unit, parameter: &Parameter) -> Result<f64, String>
     };
     match own {
         "" => Ok(unit.in_scene(value)),
+        own if own.starts_with(',') => Err(format!(
+            "`{text}` has a comma; write decimals with a point, and thousands without a mark"
+        )),
         own => unit_of(own, parameter)
             .map(|unit| unit.in_scene(value))
             .map_err(|reason| format!("`{text}`: {reason}")),

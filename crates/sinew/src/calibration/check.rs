@@ -52,10 +52,11 @@ pub fn ahead_in_words(prepared: &Prepared, mode: &Mode, seen: &Identifiability) 
     for (datum, misfit) in prepared.problem.data.iter().zip(&mode.misfits) {
         let numbers = [datum.value, datum.error(), mode.observed.values[datum.observable]];
         let [value, error, model] = numbers.map(|number| digits(number / datum.size, 4));
-        let (name, unit) = (&datum.name, &datum.unit);
+        let (name, error) = (&datum.name, format!("{error} {}", datum.unit));
         let mark = if misfit.abs() > DOUBTFUL { "  <- look at value, unit and phase" } else { "" };
         lines.push(format!(
-            "  {name}: measured {value} ± {error} {unit}, computed {model}, {misfit:+.1} sd{mark}"
+            "  {name}: measured {value} ± {}, computed {model}, {misfit:+.1} sd{mark}",
+            error.trim_end()
         ));
     }
     lines.extend(noise_in_words(&mode.misfits).map(|doubt| format!("  warning: {doubt}")));

@@ -372,9 +372,11 @@ pub(super) fn quadratic(mesh: AnyMesh) -> Result<AnyMesh, &'static str> {
     }
 }
 
-/// Advice where a mesh has no sets at all.
+/// Advice where a facet set is one of nodes, or a mesh has no sets at all.
 pub(super) fn by_place(mesh: &AnyMesh, name: &str) -> String {
-    if mesh.facet_sets().is_empty() && mesh.node_sets().is_empty() {
+    if mesh.node_sets().contains_key(name) {
+        format!("; it is a set of nodes: [select.NAME] with set = \"{name}\" has its facets")
+    } else if mesh.facet_sets().is_empty() && mesh.node_sets().is_empty() {
         format!(
             "; choose it by where it is: [select.\"{name}\"] with a plane, box, sphere, direction or surface"
         )

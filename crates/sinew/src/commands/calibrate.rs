@@ -68,6 +68,7 @@ impl Calibrate {
         let file = PatientFile::of(case)?;
         let prepared = tell_reading(&file.case, file.prepare())?;
         warn(file.case.warnings(&prepared.body));
+        warn(prepared.warnings());
         let patient = prepared.patient().map_err(Usage)?;
         let folder = folder.join("calibrate");
         let mut terminal = Terminal::default();

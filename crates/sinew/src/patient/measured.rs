@@ -120,7 +120,7 @@ impl Reader<'_> {
     }
 
     fn state(&self, key: &str, name: &str) -> Result<String> {
-        let known = || self.phases.keys().map(String::as_str).chain(["rest", IMAGE]);
+        let known = || self.phases.keys().map(String::as_str).chain(["rest"]);
         let reason = || format!("there is no phase `{name}`{}", advise(name, known(), "phases"));
         self.refuse_if(known().all(|phase| phase != name), key, reason)?;
         Ok(name.into())

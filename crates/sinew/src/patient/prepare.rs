@@ -44,7 +44,7 @@ impl PatientFile {
         };
         prepared.report_volumes();
         // Whatever else a patient needs is said before anything is solved.
-        prepared.patient().map_err(|error| case.source.error(&["phases"], error))?;
+        prepared.patient().map_err(|error| case.source.error(&["data"], error))?;
         Ok(prepared)
     }
 

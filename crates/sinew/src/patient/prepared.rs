@@ -1,9 +1,10 @@
 //! A patient's body, data and unknown parameters, and the forward models made of them.
 
+use crate::theta::outside;
 use sinew_calibrate::{
     Observable, Patient, PatientBuilder, Problem, Segments, Setting, Unknown, WallCoordinates,
 };
-use sinew_energy::Body;
+use sinew_energy::{Body, Parameter};
 use sinew_report::format::trimmed;
 use std::collections::BTreeMap;
 
@@ -131,6 +132,21 @@ impl Prepared {
             (name.clone(), setting)
         };
         values.iter().map(setting).collect()
+    }
+
+    /// Warnings about loads of phases outside their ranges.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut found = Vec::new();
+        for (phase, loads) in &self.phases {
+            let load = |parameter: &Parameter| {
+                let value = *loads.get(&parameter.name)?;
+                (value != 0.0).then(|| (parameter.clone(), value))
+            };
+            let loads: (Vec<_>, Vec<_>) = self.body.parameters.iter().filter_map(load).unzip();
+            let beyond = outside(&loads.0, &loads.1).into_iter();
+            found.extend(beyond.map(|beyond| format!("phase {phase}: {beyond}")));
+        }
+        found
     }
 
     /// Adds the volumes of cavities in all states to what is observed.

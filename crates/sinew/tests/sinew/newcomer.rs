@@ -439,7 +439,7 @@ fn mistakes_in_tables_are_told_with_file_line_and_remedy() {
     let parameters = Case::parse(PLATE, "plate.toml").unwrap().body().unwrap().parameters.clone();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("thetas.csv");
-    let attempts: [(&[u8], &[&str]); 17] = [
+    let attempts: [(&[u8], &[&str]); 18] = [
         (b",mu,lambda,p\n0,9,9,2\n", &["line 1", "leave the first column out", "index=False"]),
         (b"case,mu,lambda,p\n0,9,9,2\n", &["line 1", "`case`", "leave the first column out"]),
         (b"", &["line 1", "empty", "mu,lambda,p"]),
@@ -456,6 +456,7 @@ fn mistakes_in_tables_are_told_with_file_line_and_remedy() {
         (b"mu,lambda,p\n9,9,NaN\n", &["line 2", "`NaN`", "p (from 1 to 4 mmHg)"]),
         (b"mu,lambda,p\n9,,2\n", &["line 2", "no value for lambda (from 8 to 16 kPa)"]),
         (b"mu,lambda,p\n9,9,2bar\n", &["line 2", "`2bar`", "kPa, mmHg"]),
+        (b"mu,lambda,p\n\"9,0\",9,2\n", &["line 2", "`9,0`", "decimals with a point"]),
         (b"\xff\xfe\x00mu", &["thetas.csv", "CSV table"]),
     ];
     for (text, words) in attempts {

@@ -79,6 +79,15 @@ fn units_phases_and_segments_are_read() {
     let reported: Vec<_> = prepared.reported.iter().map(name).collect();
     let expected = ["rest", "high", "low"].map(|state| format!("volume of endo at {state}"));
     assert_eq!(reported, expected);
+    // Pressures of another unit are beyond their range; no pressure is none.
+    assert!(prepared.warnings().is_empty());
+    let kilopascals = PATIENT.replace("16 mmHg", "16 kPa");
+    let prepared = PatientFile::parse(&kilopascals, "patient.toml").unwrap().prepare().unwrap();
+    let [told] = &prepared.warnings()[..] else { panic!("one phase") };
+    assert!(
+        told.starts_with("phase high: p = 120.0") && told.contains("outside its range"),
+        "{told}"
+    );
 }
 
 #[test]
@@ -102,6 +111,11 @@ fn mistakes_are_refused_with_their_place() {
         "phase = \"high\"\nvalue = ",
         "phase = \"hihg\"\nvalue = ",
         &["no phase `hihg`", "`high`?"],
+    );
+    let unknown = refused("phase = \"high\"\nvalue = ", "phase = \"systole\"\nvalue = ");
+    assert!(
+        unknown.trim().ends_with("no phase `systole`; phases: high, image, low, rest"),
+        "{unknown}"
     );
     says(
         "volume = \"endo\"\nphase = \"low\"",

@@ -285,6 +285,11 @@ fn mistakes_in_a_table_are_told_with_line_and_column() {
         let (code, told) = refused(folder, &format!("train --from-table runs.csv {options}"));
         assert!(code == 2 && told.contains(expected), "{options}: {told}\nnot {expected}");
     }
+    // Quotes within quotes are doubled.
+    let quoted = good.join("\n").replacen("a,b,v", "a,\"the \"\"b\"\", mm\",v", 1);
+    std::fs::write(folder.join("runs.csv"), quoted).unwrap();
+    let read = Runs::read_table(&folder.join("runs.csv"), "a,\"the \"\"b\"\", mm\"", None).unwrap();
+    assert_eq!(read.parameters[1].name, "the \"b\", mm");
     let (code, both) = refused(folder, "train bar.toml --from-table runs.csv");
     assert!(code == 2 && both.contains("cannot be used with"), "{both}");
     let (code, none) = refused(folder, "train");
