@@ -12,7 +12,6 @@ mod floor;
 mod hcnn;
 mod inference;
 mod lines;
-pub mod options;
 mod pentagon;
 mod problems;
 pub mod report;
@@ -20,4 +19,4 @@ pub mod row;
 mod run;
 mod workers;
 
-pub use run::reproduce_gp;
+pub use run::{Options, reproduce_gp};

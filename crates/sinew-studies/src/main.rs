@@ -19,7 +19,7 @@ enum Study {
     ReproduceBeam(BeamOptions),
     ReproduceOrgans(organs::options::Options),
     ReproducePopulations(populations::options::Options),
-    ReproduceGp(gp::options::Options),
+    ReproduceGp(gp::Options),
     ReproduceCalibration(calibration::options::Options),
     CoverageEstimates(coverage::Options),
     Thesis(thesis::run::Options),

@@ -10,11 +10,9 @@ mod patient_cost;
 mod real_heart;
 mod rivals;
 mod runs;
-mod size;
 mod traction_beam;
 mod unload;
 mod unload_robustness;
-mod ventricle_sweep;
 
 use anyhow::Result;
 use clap::Subcommand;
@@ -42,7 +40,7 @@ pub enum Measurement {
     /// Emulators of stored runs against runs that are held back, of a table or of smooth functions
     Runs(runs::Arguments),
     /// Cost of a solve from rest by the size of a ventricle
-    Size(size::Arguments),
+    Size(by_size::SizeArguments),
     /// Two beams of the thesis under a follower load, at points all over their parameter ranges
     TractionBeam {
         /// Points of each beam
@@ -82,13 +80,13 @@ impl Measurement {
             Self::RealHeart => real_heart::run(),
             Self::Rivals(arguments) => rivals::run(&arguments),
             Self::Runs(arguments) => runs::run(&arguments),
-            Self::Size(arguments) => size::run(&arguments),
+            Self::Size(arguments) => by_size::run_size(&arguments),
             Self::TractionBeam { points } => traction_beam::run(points),
             Self::Unload { rivals } => unload::run(rivals),
             Self::UnloadRobustness { shapes, folder } => {
                 unload_robustness::run(shapes, folder.as_deref())
             }
-            Self::VentricleSweep => ventricle_sweep::run(),
+            Self::VentricleSweep => unload::sweep(),
         }
     }
 }

@@ -3,9 +3,7 @@
 mod allen_cahn;
 mod noisy;
 mod pinn;
-mod poisson_1;
-mod poisson_2;
-mod rivals;
+mod poisson;
 
 use crate::gp::experiment::{Experiment, Scale};
 use crate::gp::row::Row;
@@ -71,8 +69,8 @@ impl Name {
     pub fn experiment(self, scale: Scale) -> Result<Experiment> {
         Ok(match self {
             Self::Pinn => pinn::experiment(scale),
-            Self::Poisson1 => poisson_1::experiment(scale)?,
-            Self::Poisson2 => poisson_2::experiment(scale)?,
+            Self::Poisson1 => poisson::experiment(scale)?,
+            Self::Poisson2 => poisson::pentagon(scale)?,
             Self::Heat1 => noisy::heat_1(scale)?,
             Self::Heat2 => noisy::heat_2(scale)?,
             Self::Wave1 => noisy::wave_1(scale)?,
@@ -80,7 +78,7 @@ impl Name {
             Self::AdvectionDiffusion => noisy::advection_diffusion(scale)?,
             Self::Helmholtz => noisy::helmholtz(scale)?,
             Self::AllenCahn => allen_cahn::experiment(scale)?,
-            Self::Rivals => rivals::experiment(scale)?,
+            Self::Rivals => noisy::rivals(scale)?,
         })
     }
 

@@ -1,13 +1,13 @@
 //! Cost of preparation and of an answer by the size of a body, beside a sweep of the solver, with the true errors of the answers.
 
-use super::mean_ventricle::{BULK_MODULUS, ventricle};
+use super::mean_ventricle::{BULK_MODULUS, THETA, ventricle};
 use crate::timing::{cpu_seconds, peak_kb};
 use anyhow::Result;
 use clap::ValueEnum;
 use sinew_emulate::{Answers, Design, Emulator};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Body, Load, Parameter, Scene, Support, metrics::mean_and_largest};
-use sinew_fem::{CHAIN, Options, sweep};
+use sinew_fem::{CHAIN, Method, Options, Solver, sweep};
 use sinew_mesh::box_tetrahedra;
 use sinew_num::difference;
 use std::sync::{Mutex, PoisonError};
@@ -125,5 +125,49 @@ fn measure(body: &Body, (sets, accuracy, solved): (usize, f64, usize)) -> Result
         peak_gb(),
         rayon::current_num_threads()
     );
+    Ok(())
+}
+
+/// Seconds are of the CPU: set RAYON_NUM_THREADS=1.
+#[derive(clap::Args)]
+pub struct SizeArguments {
+    /// Bulk modulus in kPa
+    #[arg(long, default_value_t = 25.0)]
+    bulk_modulus: f64,
+    /// Averaged volume ratios
+    #[arg(long)]
+    averaged: bool,
+    /// A factor of each stiffness, whatever the size
+    #[arg(long)]
+    factor: bool,
+    /// Cells of each body, such as 4,48,40: 9005 nodes; 6,72,60: 28 231; 10,112,88: 100 419; 14,160,130: 289 215
+    #[arg(required = true, value_parser = three)]
+    cells: Vec<[usize; 3]>,
+}
+
+/// Prints a line for each size.
+pub(super) fn run_size(arguments: &SizeArguments) -> Result<()> {
+    let SizeArguments { bulk_modulus, averaged, factor, cells } = arguments;
+    let method = if *factor { Method::Factor } else { Method::Automatic };
+    for &cells in cells {
+        let start = cpu_seconds();
+        let body = ventricle(cells, *bulk_modulus, *averaged)?;
+        let mut solver = Solver::new(&body)?;
+        let prepared = cpu_seconds();
+        let found = solver.solve(&THETA, &Options { method, ..Options::default() })?;
+        println!(
+            "{} nodes: prepared in {:.1} s, solved in {:.1} s; {} iterations, {} of conjugate gradients; energy {:.14e}; \
+             {} negative eigenvalues{}; {:.2} GB",
+            body.nodes,
+            prepared - start,
+            cpu_seconds() - prepared,
+            found.iterations(),
+            found.linear_iterations,
+            found.energy,
+            found.negative_pivots,
+            if found.counted { "" } else { ", not counted" },
+            peak_gb(),
+        );
+    }
     Ok(())
 }

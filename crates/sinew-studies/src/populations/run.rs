@@ -29,7 +29,7 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
         let section = match key {
             RECTANGLES => rectangles::section(options),
             INFLATED => inflated::section(options),
-            SPEED => inflated::speed::section(options),
+            SPEED => inflated::speed(options),
             _ => {
                 let studies = options.study(key, |options| study(options, key));
                 studies.and_then(|studies| section(key, &studies))

@@ -1,11 +1,12 @@
-//! Linear problems from noisy values (§4.8.2 to §4.8.5): heat, waves, advection and diffusion, Helmholtz.
+//! Linear problems from noisy values (§4.8.2 to §4.8.5): heat, waves, advection and diffusion, Helmholtz; a fit as it comes beside a solver and least squares.
 
-use crate::gp::draw;
 use crate::gp::experiment::{Case, Experiment, Scale};
 use crate::gp::floor;
+use crate::gp::floor::Family;
 use crate::gp::inference::{Approach, Error, Inference, NOISE, Sampling, approaches};
 use crate::gp::problems::{self, Setting};
 use crate::gp::row::{Method, Row};
+use crate::gp::{draw, lines};
 use anyhow::Result;
 use sinew_gp::Evidence;
 use sinew_report::{Figure, Panel};
@@ -130,5 +131,30 @@ pub(super) fn helmholtz(scale: Scale) -> Result<Experiment> {
         title: "Helmholtz (§4.8.5, Fig. 4.11)",
         about: "Ten values each of u and f with a standard error of 0.01, which the model knows.",
         cases: approaches(&setting, sampling, 40, scale),
+    })
+}
+
+/// Four problems with values and points at random places.
+pub(super) fn rivals(scale: Scale) -> Result<Experiment> {
+    let each: [(Setting<2>, Family<2>, usize); 4] = [
+        (problems::heat_1()?, lines::heat_1, 25),
+        (problems::layer()?, lines::layer, 30),
+        (problems::wave_1()?, lines::wave_1, 25),
+        (problems::advection_diffusion()?, lines::advection_diffusion, 25),
+    ];
+    let mut cases = Vec::new();
+    for (setting, family, count) in each {
+        let sampling = Sampling { values: count, collocation: count, error: NOISE };
+        let inference = Inference::sampled(&setting, Approach::Constrained, sampling, scale);
+        let inference = Inference { complete: true, ..inference.undrawn() };
+        cases.push(inference.case().at("as it comes"));
+        cases.push(floor::case(&setting, (Method::Lines, family), sampling, scale));
+    }
+    Ok(Experiment {
+        title: "Beside lines and least squares",
+        about: "25 or 30 values with 2.5 % noise. The Gaussian process adds collocation points and answers with its own intervals; \
+                seconds are those of both. The rival solves the equation by finite differences along x and the trapezoidal rule in \
+                time, knows its load and conditions everywhere, and takes parameters by least squares, with intervals by Student's t.",
+        cases,
     })
 }
