@@ -36,16 +36,17 @@ impl Noise {
         Self { factor, log_determinant }
     }
 
-    /// Logarithm of the likelihood, up to a constant.
-    pub(crate) fn log_likelihood(&self, residual: &DVector<f64>) -> f64 {
-        -0.5 * (self.log_determinant + residual.dot(&self.factor.solve(residual)))
+    /// Logarithm of the likelihood of r, up to a constant, and Σ⁻¹ r.
+    pub(crate) fn log_likelihood(&self, residual: &DVector<f64>) -> (f64, DVector<f64>) {
+        let solved = self.factor.solve(residual);
+        (-0.5 * (self.log_determinant + residual.dot(&solved)), solved)
     }
 }
 
 impl Problem {
     /// Logarithm of the likelihood of observables at coordinates, up to a constant.
     pub(crate) fn log_likelihood(&self, y: &[f64], observed: &Observed) -> f64 {
-        self.noise(y).log_likelihood(&self.residual(&observed.values))
+        self.noise(y).log_likelihood(&self.residual(&observed.values)).0
     }
 
     /// Noise of the data at coordinates.
@@ -108,7 +109,7 @@ impl<'a> Target<'a> {
     /// Logarithm of the emulator's likelihood.
     pub(crate) fn log_likelihood(&self, y: &[f64]) -> f64 {
         let residual = &self.problem.measured - self.predicted(y);
-        self.power * self.noise(y).log_likelihood(&residual)
+        self.power * self.noise(y).log_likelihood(&residual).0
     }
 
     fn noise(&self, y: &[f64]) -> Cow<'_, Noise> {
@@ -128,7 +129,7 @@ impl LogDensity for Target<'_> {
         let (values, slopes) = self.emulator.at(&problem.standardised(y));
         let residual = &problem.measured - values;
         let noise = self.noise(y);
-        let solved = noise.factor.solve(&residual);
+        let (log_likelihood, solved) = noise.log_likelihood(&residual);
         let pulled = slopes.tr_mul(&solved);
         for (at, unknown) in problem.unknowns.iter().enumerate() {
             let [_, deviation] = unknown.prior.moments();
@@ -136,18 +137,22 @@ impl LogDensity for Target<'_> {
         }
         if problem.inferred() > 0 {
             // In the coordinates of the factors: −½ tr(Σ⁻¹ Σ') + ½ αᵀ Σ' α with α = Σ⁻¹ r.
-            let (inverse, factors) = (noise.factor.inverse(), problem.log_factors(y));
+            // With Σ⁻¹ = L⁻ᵀ L⁻¹.
+            let mut inverse = DMatrix::identity(solved.len(), solved.len());
+            noise.factor.l_dirty().solve_lower_triangular_mut(&mut inverse);
+            let factors = problem.log_factors(y);
             let of_noise = &mut gradient[problem.unknowns.len()..];
             of_noise.fill(0.0);
             for at in 0..problem.data.len() {
                 let Some(place) = problem.factor_of(at) else { continue };
                 let variance = (2.0 * problem.log_factor(at, &factors)).exp();
-                let slope = variance * (solved[at] * solved[at] - inverse[(at, at)]);
+                let slope =
+                    variance * (solved[at] * solved[at] - inverse.column(at).norm_squared());
                 of_noise[place] += FACTOR_DEVIATION * slope;
             }
         }
         gradient.iter_mut().zip(y).for_each(|(slope, y)| *slope = self.power * *slope - y);
         let prior: f64 = y.iter().map(|y| y * y).sum();
-        self.power * noise.log_likelihood(&residual) - 0.5 * prior
+        self.power * log_likelihood - 0.5 * prior
     }
 }

@@ -4,7 +4,6 @@ mod lu;
 mod newton;
 mod state;
 mod tangent;
-mod verdict;
 
 pub use state::{Loading, UnloadOptions, Unloaded};
 

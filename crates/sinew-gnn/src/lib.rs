@@ -117,7 +117,6 @@
 //! All are divided by a characteristic length or energy. Cells that training may invert are kept finite by barriers in Π (`sinew_energy::Barriers`).
 
 mod config;
-mod coordinates;
 mod data;
 mod device;
 mod error;
@@ -136,14 +135,13 @@ mod tensors;
 mod training;
 
 pub use config::{Decoding, GraphNetworkConfig};
-pub use coordinates::OutputCoordinates;
 pub use data::{DataSet, Geometry, Sample};
 pub use device::Backend;
 pub use error::{Error, Result};
 pub use fused::Activation;
 pub use graph::Graph;
 pub use graph_network::{Embedding, GraphNetwork};
-pub use network::{KINDS, Network};
+pub use network::{KINDS, Network, OutputCoordinates};
 pub use objective::{DataFit, GradientOperator, MinimumPotential, Objective, Potential};
 pub use optimiser::{MuonConfig, OptimiserConfig};
 pub use recipe::Recipe;

@@ -1,10 +1,9 @@
 //! The fit of a model: the most probable parameters, searched for from several starts, with as many points as the equation needs.
 
-pub(crate) mod identified;
 pub(crate) mod optimise;
 pub(crate) mod resolve;
 pub(crate) mod warning;
-mod warnings;
+pub(crate) mod warnings;
 
 use crate::fit::optimise::{Maximum, maximise};
 use crate::{Conditional, Ensemble, FreeParameter, GpError, Model, Result, Warning};

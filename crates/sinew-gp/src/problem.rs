@@ -3,7 +3,6 @@
 pub(crate) mod domain;
 pub(crate) mod field;
 pub(crate) mod operator;
-pub(crate) mod polygon;
 
 use crate::{Domain, Field, MOST_DERIVATIVES, Operator, Result, Series, Side, constant, field};
 

@@ -3,7 +3,7 @@
 use super::{Meaning, Plan};
 use crate::{
     Backend, Concern, DataSet, Error, Geometry, HistoryPoint, Result, Scales, Surrogate, Trainer,
-    TrainingConfig, TrainingObserver, TrainingProgress, TrainingReport, coordinates, data,
+    TrainingConfig, TrainingObserver, TrainingProgress, TrainingReport, data, network,
 };
 use sinew_emulate::parts::{Session, expand, scaling, with_anchors};
 use sinew_emulate::store::{read_json, write_json};
@@ -94,7 +94,7 @@ impl<'c, 'a, 'b> Course<'c, 'a, 'b> {
         const TRIED: usize = 32;
         let (session, thetas) = (&mut *self.session, self.plan.thetas);
         let (topology, least_work) = (&geometry.topology, self.plan.least_work);
-        let motions = coordinates::at_anchor(session.body, topology, anchor, least_work)?;
+        let motions = network::at_anchor(session.body, topology, anchor, least_work)?;
         let tried = &thetas[..thetas.len().min(TRIED)];
         let mut solver = Solver::new(session.body)?;
         let (motions, first) = expand(&mut solver, motions, tried)?;

@@ -1,8 +1,7 @@
 //! A network on simulated displacements.
 
-use crate::coordinates::OutputCoordinates;
 use crate::error::Result;
-use crate::network::{Network, Plan, TrainedNetwork, train};
+use crate::network::{Network, OutputCoordinates, Plan, TrainedNetwork, train};
 use crate::objective::{DataFit, GradientOperator, Objective};
 use crate::training::{TrainingBudget, TrainingConfig};
 use serde::{Deserialize, Serialize};

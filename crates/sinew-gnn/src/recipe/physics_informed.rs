@@ -1,8 +1,7 @@
 //! A network by minimum potential energy.
 
-use crate::coordinates::{OutputCoordinates, newton_step};
 use crate::error::Result;
-use crate::network::{Network, Plan, TrainedNetwork, train};
+use crate::network::{Network, OutputCoordinates, Plan, TrainedNetwork, newton_step, train};
 use crate::objective::{MinimumPotential, Objective};
 use crate::training::{TrainingBudget, TrainingConfig};
 use serde::{Deserialize, Serialize};
