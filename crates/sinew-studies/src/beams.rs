@@ -3,7 +3,6 @@
 //! [`scenes`] are lowered to bodies, `recipes` says how emulators are made of them, `sinew` compares them, `fenics` measures the solver
 //! that judges them.
 
-mod fenics;
 pub mod options;
 pub(crate) mod recipes;
 pub mod run;

@@ -2,7 +2,7 @@
 //!
 //! Each is a list of scenes and a report: [`beams`] (`cargo xtask reproduce-beam`), [`organs`] (`reproduce-organs`), [`populations`]
 //! (`reproduce-populations`), [`gp`] (`reproduce-gp`), [`calibration`] (`reproduce-calibration`), [`coverage`] (`coverage-estimates`), [`verify`]
-//! (`verify`). [`thesis`] holds all printed figures against their reports. [`program`] and [`timing`] are what they share. [`measure`]
+//! (`verify`). [`thesis`] holds all printed figures against their reports. [`program`] is what they share. [`measure`]
 //! prints single measurements that documents cite.
 
 pub mod beams;
@@ -17,5 +17,4 @@ pub mod program;
 mod published;
 mod shapes;
 pub mod thesis;
-pub mod timing;
 pub mod verify;

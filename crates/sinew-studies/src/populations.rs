@@ -15,6 +15,5 @@ pub mod run;
 mod section;
 mod simulated;
 mod stage;
-mod targets;
 mod variant;
 mod verdict;

@@ -4,7 +4,6 @@
 //! other, [`page`] writes it down, `counts` counts, [`picture`] draws it, [`filled`] fills tables of other pages, [`run`] runs what is missing.
 
 pub mod compare;
-mod counts;
 pub mod filled;
 pub mod page;
 pub mod printed;

@@ -25,9 +25,7 @@ mod report;
 pub mod run;
 mod solids;
 mod solve;
-mod table;
 
 pub use case::{Band, Case, Cost, Effort, Formulation, Label, Measure, Row, Rows};
 pub use program::{Options, verify};
-pub use report::report;
-pub use table::{summary, table};
+pub use report::{report, summary, table};

@@ -2,10 +2,10 @@
 
 use crate::beams::options::BeamOptions;
 use crate::beams::recipes::{self, Samples};
+use crate::beams::scenes;
 use crate::beams::scenes::{BEAMS, Beam};
-use crate::beams::{fenics, scenes};
+use crate::program;
 use crate::program::Growing;
-use crate::{program, timing};
 use anyhow::{Context, Result, ensure};
 use sinew::output::{Results, Row};
 use sinew::{Case, Comparison, TestSet};
@@ -62,7 +62,7 @@ const DEFINITIONS: [(&str, &str); 3] = [
 /// Prepares the output folder: empties it of an earlier run, or sees to it that the earlier run can be continued.
 fn begin(options: &BeamOptions) -> Result<()> {
     let folders = BEAMS.each_ref().map(|beam| beam.name.to_string());
-    let stored = timing::begin_in(&options.out, &folders, options.resume, options)?;
+    let stored = program::begin_in(&options.out, &folders, options.resume, options)?;
     let Some(stored) = stored else { return Ok(()) };
     let same = BeamOptions { resume: options.resume, ..stored.clone() };
     ensure!(
@@ -110,7 +110,7 @@ fn run_scene(options: &BeamOptions, beam: &Beam, lines: &mut String) -> Result<(
     let mut section = beam.thesis.section(&comparison, beam.name, beam.scene)?;
     let times = comparison.methods[0].evaluation.times;
     let batch_s = test_s / test.thetas.len() as f64;
-    let solver = fenics::compare(beam, &body, [times.solver_cold_s, times.solver_warm_s, batch_s])?;
+    let solver = scenes::compare(beam, &body, [times.solver_cold_s, times.solver_warm_s, batch_s])?;
     section.blocks.insert(0, Block::Text(format!("{}.", case.about)));
     section.blocks.extend([
         Block::Text("The solver against FEniCS on the same mesh:".into()),

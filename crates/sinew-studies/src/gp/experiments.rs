@@ -2,7 +2,6 @@
 
 mod allen_cahn;
 mod noisy;
-mod pinn;
 mod poisson;
 
 use crate::gp::experiment::{Experiment, Scale};
@@ -68,7 +67,7 @@ impl Name {
     /// The experiment.
     pub fn experiment(self, scale: Scale) -> Result<Experiment> {
         Ok(match self {
-            Self::Pinn => pinn::experiment(scale),
+            Self::Pinn => poisson::pinn(scale),
             Self::Poisson1 => poisson::experiment(scale)?,
             Self::Poisson2 => poisson::pentagon(scale)?,
             Self::Heat1 => noisy::heat_1(scale)?,

@@ -5,8 +5,8 @@ use crate::gp::experiments::Name;
 use crate::gp::report::section;
 use crate::gp::row::{Row, Run};
 use crate::gp::workers;
+use crate::program;
 use crate::program::Growing;
-use crate::{program, timing};
 use anyhow::{Context, Result, ensure};
 use clap::{Parser, ValueEnum};
 use serde::{Deserialize, Serialize};
@@ -76,7 +76,7 @@ pub fn reproduce_gp(options: &Options) -> Result<PathBuf> {
 fn begin(options: &Options, revision: &str) -> Result<String> {
     let folders: Vec<String> = Name::value_variants().iter().map(|name| name.key()).collect();
     let beginning = Beginning { options: options.clone(), revision: revision.into() };
-    let stored = timing::begin_in(&options.out, &folders, options.resume, &beginning)?;
+    let stored = program::begin_in(&options.out, &folders, options.resume, &beginning)?;
     let Beginning { options: earlier, revision } = stored.unwrap_or(beginning);
     // More data sets or other experiments may be added; what a stored fit means must not change.
     ensure!(

@@ -1,7 +1,7 @@
 //! Cost of preparation and of an answer by the size of a body, beside a sweep of the solver, with the true errors of the answers.
 
 use super::mean_ventricle::{BULK_MODULUS, THETA, ventricle};
-use crate::timing::{cpu_seconds, peak_kb};
+use crate::program::{cpu_seconds, peak_kb};
 use anyhow::Result;
 use clap::ValueEnum;
 use sinew_emulate::{Answers, Design, Emulator};

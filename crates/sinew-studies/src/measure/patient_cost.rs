@@ -3,7 +3,7 @@
 #[path = "../../../sinew-calibrate/tests/calibrate/support/heart.rs"]
 mod heart;
 
-use crate::timing::cpu_seconds;
+use crate::program::cpu_seconds;
 use anyhow::Result;
 use heart::{MMHG, NAMES, ObserveStrains, passive, segments, wall};
 use rand::SeedableRng;

@@ -5,8 +5,7 @@
 
 use super::organ::ventricle::{BULK_MODULUS, MMHG, scene, thetas};
 use super::organ::ventricles::ventricles;
-use crate::program::quantiles;
-use crate::timing::cpu_seconds;
+use crate::program::{cpu_seconds, quantiles};
 use anyhow::{Result, ensure};
 use sinew_energy::metrics::mean_and_largest;
 use sinew_energy::{Body, Fibres};

@@ -4,7 +4,7 @@ use crate::organs::options::Options;
 use crate::organs::run::{begin, test_set, train};
 use crate::organs::scenes::{CUBES as KEY, MESHES, Mesh};
 use crate::program;
-use crate::timing::peak_kb;
+use crate::program::peak_kb;
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
 use sinew::recipe::PhysicsInformed;

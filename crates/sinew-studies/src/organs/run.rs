@@ -4,7 +4,6 @@ use crate::organs::options::Options;
 use crate::organs::scenes::Organ;
 use crate::program;
 use crate::published::Published;
-use crate::timing;
 use anyhow::{Result, ensure};
 use sinew::case::{RecipeName, Training};
 use sinew::{Body, Case, Comparison, Emulator, Recipe, TestSet, TrainingOptions};
@@ -27,7 +26,7 @@ const QUICK_EDGE: f64 = 0.09;
 pub(crate) fn begin(options: &Options, key: &str) -> Result<PathBuf> {
     let folder = options.out.join(key);
     let folders = std::slice::from_ref(&folder);
-    if timing::begin(&folder.join(OPTIONS), folders, options.resume, options)?.is_some() {
+    if program::begin(&folder.join(OPTIONS), folders, options.resume, options)?.is_some() {
         same(options, key)?;
     }
     Ok(folder)

@@ -2,12 +2,11 @@
 
 use super::options::Options;
 use super::rows::{Measured, table};
-use super::simulated::{Compared, Simulated};
+use super::simulated::{Compared, Simulated, Targets};
 use super::stage;
-use super::targets::Targets;
 use super::variant::{Inputs, Pace, Variant};
 use super::verdict;
-use crate::timing::cpu_seconds;
+use crate::program::cpu_seconds;
 use anyhow::{Context, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -2,7 +2,7 @@
 
 use super::nested::coarse_displacement;
 use super::stage::{Individual, Stage, shape_parameters};
-use crate::timing::cpu_seconds;
+use crate::program::cpu_seconds;
 use anyhow::Result;
 use sinew::Parameter;
 use sinew_emulate::{PodRegression, share_of};

@@ -5,7 +5,7 @@ use super::filled::{PAGES, fill};
 use super::page::{page, picture};
 use super::printed::{Run, Table, thesis};
 use super::stored::Stored;
-use crate::timing::cpu_seconds_of_children;
+use crate::program::cpu_seconds_of_children;
 use anyhow::{Context, Result, ensure};
 use clap::Parser;
 use sinew_emulate::store;

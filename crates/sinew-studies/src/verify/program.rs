@@ -1,7 +1,7 @@
 //! The program: which cases, with progress, to which files.
 
 use crate::verify::case::{Case, Effort};
-use crate::verify::{report, run, table};
+use crate::verify::{report, run};
 use anyhow::{Result, bail};
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -44,12 +44,12 @@ pub fn verify(cases: &[Case], options: &Options) -> Result<bool> {
     for case in chosen {
         bar.set_message(case.name);
         let outcome = run::run(case, effort);
-        bar.suspend(|| print!("{}", table::table(&outcome)));
+        bar.suspend(|| print!("{}", report::table(&outcome)));
         bar.inc(1);
         outcomes.push(outcome);
     }
     bar.finish_and_clear();
-    println!("\n{}", table::summary(&outcomes));
+    println!("\n{}", report::summary(&outcomes));
     let report = report::report(effort, &outcomes)?;
     println!("report: {}", report.write(&options.out)?.display());
     Ok(outcomes.iter().all(run::Outcome::passes))

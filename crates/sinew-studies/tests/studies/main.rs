@@ -16,7 +16,7 @@ mod thesis_figures;
 mod verify;
 
 // Names that files of the studies take from their crate, where they are compiled into this program.
-use sinew_studies::timing;
+use sinew_studies::program;
 
 /// The section of a name.
 fn section<'r>(report: &'r sinew_report::Report, name: &str) -> &'r sinew_report::Section {

@@ -4,7 +4,7 @@ use super::Kind;
 use crate::measure::by_size::peak_gb;
 use crate::measure::mean_ventricle::{BULK_MODULUS, THETA, fibres, scene};
 use crate::measure::rivals::table::{Own, Solved};
-use crate::timing::cpu_seconds_of;
+use crate::program::cpu_seconds_of;
 use anyhow::{Context, Result};
 use sinew_energy::Body;
 use sinew_fem::{Method, Options, Solver};

@@ -1,6 +1,6 @@
 //! A plain network, the thesis' rival for volumes (§2.4.4.1): two hidden layers under tanh, squared errors, Adam.
 
-use crate::timing::cpu_seconds;
+use crate::program::cpu_seconds;
 use nalgebra::DMatrix;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};

@@ -7,7 +7,7 @@ use crate::populations::prolongation::Prolongation;
 use crate::populations::simulated::Simulated;
 use crate::populations::stage::{Stage, shape_parameters};
 use crate::populations::variant::Inputs;
-use crate::timing::cpu_seconds_of;
+use crate::program::cpu_seconds_of;
 use anyhow::{Context, Result, ensure};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
