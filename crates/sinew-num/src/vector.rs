@@ -45,20 +45,19 @@ pub fn dot3<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> S {
 /// Cross product.
 #[inline]
 pub fn cross<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
-    std::array::from_fn(|i| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        a[j].clone() * b[k].clone() - a[k].clone() * b[j].clone()
-    })
+    let entry = |j: usize, k: usize| a[j].clone() * b[k].clone() - a[k].clone() * b[j].clone();
+    [entry(1, 2), entry(2, 0), entry(0, 1)]
 }
 
 /// Sum of three components each.
 #[inline]
 pub fn add3<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
-    std::array::from_fn(|i| a[i].clone() + b[i].clone())
+    let entry = |i: usize| a[i].clone() + b[i].clone();
+    [entry(0), entry(1), entry(2)]
 }
 
 /// Difference of three components each.
 #[inline]
 pub fn sub3(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| a[i] - b[i])
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
