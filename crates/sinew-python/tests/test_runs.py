@@ -123,6 +123,14 @@ def test_names_and_labels_decide(theta: dict[str, np.ndarray], runs: Runs) -> No
         runs.posterior({"volume [ml]": (75.0, 1.0)}, draws=8)
 
 
+def test_doubts_are_told_again_where_runs_are_loaded(tmp_path: Path) -> None:
+    k = np.linspace(1.0, 2.0, 30)
+    with pytest.warns(SinewWarning, match="follows from the other parameters"):
+        Runs.of_table({"k": k, "a": 1.0 + k + 1e-3 * np.sin(40.0 * k)}, {"v": k**2}, progress=False).save(tmp_path)
+    with pytest.warns(SinewWarning, match="follows from the other parameters"):
+        Runs.load(tmp_path)
+
+
 def test_bad_tables_say_what_to_give(theta: dict[str, np.ndarray]) -> None:
     outputs = truth(*theta.values())
     for table, results, reason in [
