@@ -1,6 +1,5 @@
 //! Lowering of a scene to a body: from names to plain arrays.
 
-mod directions;
 pub(crate) mod geometry;
 mod loads;
 mod supports;

@@ -8,7 +8,6 @@ pub(crate) mod patch;
 pub(crate) mod predicted;
 pub(crate) mod pressure_field;
 pub(crate) mod shares;
-pub(crate) mod supports;
 pub(crate) mod system;
 
 pub(crate) use assembly::{Assembly, add_product};
@@ -25,5 +24,4 @@ pub(crate) use patch::PatchResponse;
 pub(crate) use predicted::{bulk_to_shear, is_nearly_incompressible};
 pub(crate) use pressure_field::Coupling;
 pub(crate) use shares::{PointState, PredictedStress, Task, at_points, third};
-pub(crate) use supports::{held_part, is_moved_rim, place};
-pub(crate) use system::{Followers, Residual, System, Unknowns};
+pub(crate) use system::{Followers, Residual, System, Unknowns, held_part, is_moved_rim, place};

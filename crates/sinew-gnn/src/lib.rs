@@ -131,7 +131,6 @@ mod perceptron;
 pub mod recipe;
 mod store;
 mod surrogate;
-mod tensors;
 mod training;
 
 pub use config::{Decoding, GraphNetworkConfig};

@@ -14,7 +14,7 @@
 
 mod course;
 
-use crate::tensors::standardised;
+use crate::map::standardised;
 use crate::training::scale;
 use crate::{
     Backend, DataSet, Decoding, Error, FixedGeometry, Geometry, GraphNetworkConfig, Objective,

@@ -1,8 +1,7 @@
 //! A network with its units, supports and geometries, to be trained, stored and evaluated; predictions on one geometry.
 
 use crate::fused::Input;
-use crate::map::OutputMap;
-use crate::tensors::{GeometryTensors, matrix, numbers, parameter_tensor};
+use crate::map::{GeometryTensors, OutputMap, matrix, numbers, parameter_tensor};
 use crate::{
     DataSet, Decoding, Embedding, Error, Geometry, Graph, GraphNetwork, GraphNetworkConfig, Result,
     Sample,
