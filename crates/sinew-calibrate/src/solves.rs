@@ -2,7 +2,7 @@
 
 use crate::fault::Result;
 use crate::{CalibrateError, Forward, ForwardError, Observed};
-use rayon::prelude::*;
+use sinew_num::in_parallel;
 use std::collections::{HashMap, HashSet};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
@@ -144,8 +144,7 @@ impl<'f> Solves<'f> {
                 }
                 (keys[place].clone(), answer)
             };
-            let answers: Vec<_> = chunk.par_iter().map(solve).collect();
-            self.found.extend(answers);
+            self.found.extend(in_parallel(chunk, solve));
             done += chunk.len();
         }
         (self.told)(stage, thetas.len(), thetas.len());

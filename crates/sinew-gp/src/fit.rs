@@ -9,7 +9,7 @@ use crate::fit::optimise::{Maximum, maximise};
 use crate::{Conditional, Ensemble, FreeParameter, GpError, Model, Result, Warning};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
+use sinew_num::in_parallel;
 use std::sync::{Arc, OnceLock};
 
 /// Options of the search for a fit.
@@ -182,7 +182,7 @@ impl<const D: usize> Model<D> {
         // Lengthscales of every other one are those of its equation.
         scanned.iter_mut().skip(1).step_by(2).for_each(|start| self.scale_lengths(start));
         let value = |x: Vec<f64>| (self.log_posterior(&x), x);
-        let mut scanned: Vec<(f64, Vec<f64>)> = scanned.into_par_iter().map(value).collect();
+        let mut scanned = in_parallel(scanned, value);
         scanned.sort_by(|a, b| b.0.total_cmp(&a.0));
         starts.truncate(starts.len() - chosen);
         starts.extend(scanned.into_iter().take(chosen).map(|(_, start)| start));
@@ -208,7 +208,7 @@ impl<const D: usize> Model<D> {
         starts.iter().try_for_each(|start| self.check_count(start))?;
         let model = Arc::new(self);
         let climb = |start: Vec<f64>| Restart { outcome: model.climb(&start, iterations), start };
-        let restarts: Vec<Restart> = starts.into_par_iter().map(climb).collect();
+        let restarts = in_parallel(starts, climb);
         let rank = |restart: &Restart| match &restart.outcome {
             Ok(outcome) => (!outcome.collapsed, outcome.log_posterior),
             Err(_) => (false, f64::NEG_INFINITY),

@@ -3,10 +3,9 @@
 use super::anchor::{Anchor, Solved};
 use crate::observable::ForwardError;
 use crate::setting::Entry;
-use rayon::prelude::*;
 use sinew_energy::{Body, ThetaError};
 use sinew_fem::{Options, Solution, SolveError, Unload, UnloadError, UnloadOptions, Unloaded};
-use sinew_num::difference;
+use sinew_num::{difference, in_parallel};
 use thiserror::Error;
 
 /// Iterations from a predicted body at rest at most. If it is farther off, the search from the image is as fast.
@@ -80,7 +79,7 @@ impl<'p> Parts<'p> {
             self.check(theta).ok()?;
             Some(Solved::new(theta, self.solve(theta, Some(&centre), true).ok()?))
         };
-        let more: Vec<_> = others.par_iter().map(solve).collect();
+        let more = in_parallel(others, solve);
         let solved =
             std::mem::take(&mut centre.solved).into_iter().chain(more.into_iter().flatten());
         Some(Anchor::new(solved.collect(), centre.unload))

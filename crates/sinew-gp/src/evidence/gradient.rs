@@ -7,8 +7,7 @@ use crate::prior::coefficients::monomial_slope;
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::reborrow::Reborrow;
 use faer::{Accum, MatMut};
-use rayon::prelude::*;
-use sinew_num::dot;
+use sinew_num::{dot, in_parallel};
 
 /// Columns are shared out in this many lots, whatever the number of threads, so that sums do not
 /// depend on it.
@@ -134,9 +133,8 @@ impl<const D: usize> State<'_, D> {
         if lots == 1 {
             return lot(0);
         }
-        let parts: Vec<Pulled> = (0..lots).into_par_iter().map(lot).collect();
         let mut sum = Pulled::zeros(self);
-        parts.iter().for_each(|part| sum.add(part));
+        in_parallel(0..lots, lot).iter().for_each(|part| sum.add(part));
         sum
     }
 

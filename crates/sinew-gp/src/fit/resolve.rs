@@ -5,7 +5,7 @@ use crate::fit::HoldOut;
 use crate::model::compile::Compiled;
 use crate::model::data::{Group, Role, root_mean_square};
 use crate::{Data, Domain, Fit, FitOptions, GpError, Model, Noise, Operator, Prior, Result, Side};
-use rayon::prelude::*;
+use sinew_num::in_parallel;
 use sinew_sample::quantile;
 use std::sync::Arc;
 
@@ -224,10 +224,10 @@ impl<const D: usize> Fit<D> {
             let error = fit.left_out()?;
             Ok((fit, error.unwrap_or_else(|| found.clone())))
         };
-        let tried: Vec<_> = ends.into_par_iter().filter_map(|end| tried(end).ok()).collect();
+        let tried = in_parallel(ends, tried).into_iter().filter_map(Result::ok);
         // Next to nothing is off of an equation whose solution is next to nothing.
         let lost = |fit: &Self| fit.outcome().collapsed && !self.outcome().collapsed;
-        let tried = tried.into_iter().filter(|(fit, _)| !lost(fit));
+        let tried = tried.filter(|(fit, _)| !lost(fit));
         let error = |found: &HoldOut| found.residual / found.term;
         let best = tried.min_by(|a, b| error(&a.1).total_cmp(&error(&b.1)));
         Ok(match best.filter(|(_, own)| error(own) < LAYER * error(&found)) {

@@ -1,7 +1,7 @@
 //! Several probable parameter vectors: predictions that include what is not known of them.
 
 use crate::{Conditional, Fit, Functional, Model, Operator, Prediction, Result, Warning};
-use rayon::prelude::*;
+use sinew_num::try_in_parallel;
 use sinew_sample::{quantile, split_seed};
 use std::sync::Arc;
 
@@ -157,7 +157,7 @@ impl<const D: usize> Ensemble<D> {
             let conditional = Conditional::new(self.model.clone(), draw)?;
             Ok(conditional.sample(points, 1, split_seed(seed, number as u64))?.remove(0))
         };
-        (0..count).into_par_iter().map(one).collect()
+        try_in_parallel(0..count, one)
     }
 
     /// Mean and standard deviation of a weighted sum, as an integral; parameters as in
@@ -179,7 +179,7 @@ impl<const D: usize> Ensemble<D> {
         predict: impl Fn(&Conditional<D>) -> Result<Prediction> + Sync,
     ) -> Result<Prediction> {
         let of = |draw: &Vec<f64>| predict(&Conditional::new(self.model.clone(), draw)?);
-        let members: Vec<Prediction> = self.draws.par_iter().map(of).collect::<Result<_, _>>()?;
+        let members = try_in_parallel(&self.draws, of)?;
         ensure!(!members.is_empty(), "{NO_DRAWS}");
         let values = members[0].mean.len();
         let count = members.len() as f64;

@@ -11,7 +11,7 @@ use crate::{Ensemble, Fit, Result};
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
+use sinew_num::in_parallel;
 use sinew_sample::{Chains, Laplace, nuts as chains, psis, split_seed, standard_normals};
 
 /// Proposals for each draw that is kept.
@@ -55,7 +55,7 @@ impl<const D: usize> Fit<D> {
             let drawn: Vec<_> =
                 (0..PROPOSALS * draws).map(|_| propose(&proposals, &mut random)).collect();
             let ratio = |(q, own): &(Vec<f64>, f64)| space.log_density(q) - own;
-            let ratios: Vec<f64> = drawn.par_iter().map(ratio).collect();
+            let ratios = in_parallel(&drawn, ratio);
             let smoothed = psis(&ratios, 1.0);
             let (weights, k_hat) = (smoothed.weights(), smoothed.k_hat);
             let (next, trusted) = (moved(&proposals, &drawn, &weights, LEAST), k_hat <= TRUSTED);
