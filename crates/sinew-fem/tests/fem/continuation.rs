@@ -67,32 +67,7 @@ fn sphere() -> (Scene, usize) {
     (scene, pole)
 }
 
-#[test]
-fn the_pressure_of_a_thick_sphere_rises_to_its_limit_point_and_falls_beyond_as_the_closed_form_says()
- {
-    let (scene, pole) = sphere();
-    let body = scene.mixed().lower().unwrap();
-    let mut solver = Solver::new(&body).unwrap();
-    let line = Line::of_loads(&[1.0, 0.0]);
-    let curve = solver.follow(&line, &Options::default()).unwrap().with_longest_step(0.3).unwrap();
-    let mut largest: f64 = 0.0;
-    for point in curve {
-        let CurvePoint { place, solution, .. } = point.unwrap();
-        let load_factor = solution.load_factor;
-        let radius = 1.0 + solution.displacement[3 * pole];
-        assert!((load_factor - place).abs() < 1e-15);
-        assert!((load_factor - pressure(radius)).abs() < 0.01, "{radius}: {load_factor}");
-        largest = largest.max(load_factor);
-        if radius > 3.0 {
-            assert!(load_factor < 0.66, "{load_factor}");
-            assert!((largest / 0.816423647955 - 1.0).abs() < 0.005, "{largest}");
-            return;
-        }
-    }
-    panic!("the curve ended before the sphere was three times as wide");
-}
-
-/// A softening material passes the same states as a rising load, and the limit point is one of the stiffness.
+/// A softening material passes the same states as a rising load (`elements/incompressible.rs`), and the limit point is one of the stiffness.
 #[test]
 fn a_sphere_that_softens_under_its_pressure_turns_back_at_the_stiffness_of_its_limit_point() {
     let (scene, pole) = sphere();
