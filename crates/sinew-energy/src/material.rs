@@ -151,6 +151,7 @@ impl<L: Law<D>, const D: usize> AtPoints<L, D> {
     }
 }
 
+// What is never inlined is compiled once for all crates: the laws of the table in this one, at its level of optimisation.
 impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
     fn law(&self) -> LawFacts {
         LawFacts {
@@ -179,6 +180,7 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
         self.along(point).map_or(&[], <[_; D]>::as_slice)
     }
 
+    #[inline(never)]
     fn energy(
         &self,
         point: usize,
@@ -193,6 +195,7 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
         energy.map_or(f64::INFINITY, |energy| self.factor(point) * energy)
     }
 
+    #[inline(never)]
     fn stress(
         &self,
         point: usize,
@@ -209,6 +212,7 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
         (factor * energy, times(factor, &stress))
     }
 
+    #[inline(never)]
     fn response(&self, point: usize, parameters: &[f64], h: &Mat3<f64>) -> Response {
         let found = self.at(point, parameters, |p, directions| self.law.response(p, h, directions));
         let Some(found) = found else { return Response::INADMISSIBLE };
@@ -246,6 +250,7 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
         Arc::new(Self { directions, ..self.clone() })
     }
 
+    #[inline(never)]
     fn stress_rate(
         &self,
         point: usize,
