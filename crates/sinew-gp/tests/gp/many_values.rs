@@ -37,7 +37,7 @@ fn exact([x, t]: [f64; 2]) -> f64 {
 
 #[test]
 fn means_over_cells_tell_what_all_values_do() -> Result<(), GpError> {
-    let (problem, data) = slab(400)?;
+    let (problem, data) = slab(300)?;
     let fit = |data: Data<2>| {
         let prior = Prior::constrained(&problem, &squared_exponential())?;
         Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())
