@@ -87,7 +87,7 @@ fn outcomes(
     let body = case.body()?;
     eprintln!("\nTwistingCube, {} nodes", count(body.nodes as u64));
     let test = test_set(options, &body, mesh.cases, folder)?;
-    let budget = options.training(mesh.minutes, 20);
+    let budget = options.training(mesh.minutes, 10);
     let mut runs = Vec::new();
     if before.is_some() {
         runs.push(("pre-trained", "pre-trained", Budget::Steps(0), before.clone()));

@@ -62,7 +62,7 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
 }
 
 fn budget(options: &Options) -> Budget {
-    options.training(NEWCOMER_S / 60.0, 20)
+    options.training(NEWCOMER_S / 60.0, 10)
 }
 
 fn meet(
