@@ -9,9 +9,9 @@ use crate::patient::Prepared;
 pub use check::{ahead_in_words, setting_in_words};
 pub use folder::{SOLVES, kept, remove_results, written};
 pub use page::{report, too_stiff};
-use rayon::prelude::*;
 use sinew_calibrate::{Forward, Identified, Klotz, Observable, Posterior, Solves};
 use sinew_emulate::{Observer, Progress};
+use sinew_num::in_parallel;
 use sinew_report::format::digits;
 use sinew_sample::{ArvizDict, quantile};
 use std::fmt::Write;
@@ -195,7 +195,7 @@ impl Curve {
             }
             Err(why) => (Vec::new(), Some(why.to_string())),
         };
-        let found: Vec<Reached> = thetas.par_iter().map(solve).collect();
+        let found = in_parallel(&thetas, solve);
         if found.is_empty() {
             return Err(format!("{cavity}: no draws of the posterior"));
         }

@@ -5,11 +5,11 @@ use super::mesh::MICROMETRE;
 use super::units::length_within;
 use crate::output::least_and_largest_ratio;
 use crate::theta::theta_in_words;
-use rayon::prelude::*;
 use sinew_emulate::parts::dot;
 use sinew_emulate::{Emulator, Simulations, Warning};
 use sinew_energy::{Body, Mat3};
 use sinew_fem::{LockingWarning, SolveError, locking};
+use sinew_num::in_parallel;
 
 /// Smallest and largest size of a body [mm]: a millimetre of tissue and a metre, the length of a leg.
 const SIZES: [f64; 2] = [1.0, 1e3];
@@ -140,8 +140,7 @@ pub fn doubtful_displacements(body: &Body, fields: &[&[f64]]) -> Vec<String> {
     // One without a load among others with one is no mistake.
     let still = fields.iter().map(|field| negligible_displacement(body, field));
     let still = still.collect::<Option<Vec<_>>>().and_then(|all| all.into_iter().next());
-    let least: Vec<_> =
-        fields.par_iter().map(|field| least_and_largest_ratio(body, field)[0]).collect();
+    let least = in_parallel(fields, |field| least_and_largest_ratio(body, field)[0]);
     let doubtful = least.iter().filter(|ratio| **ratio < LEAST_RATIO).count();
     let squeezed = (doubtful > 0).then(|| {
         let (least, all) = (least.into_iter().fold(f64::INFINITY, f64::min), fields.len());

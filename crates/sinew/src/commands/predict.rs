@@ -8,10 +8,10 @@ use super::{
 pub(crate) use answer::Plan;
 use anyhow::{Result, ensure};
 use clap::Args;
-use rayon::prelude::*;
 use sinew::output::{Quality, Row, displacement_in_words};
 use sinew::{Body, Case, Emulator, EmulatorError, Estimate, Prediction, Warning, theta_in_words};
 use sinew_emulate::{Correction, Counter, Terminal};
+use sinew_num::in_parallel;
 use std::path::Path;
 
 /// Estimates between two signs of progress.
@@ -178,7 +178,7 @@ fn estimated(emulator: &Emulator<'_>, prediction: &Prediction) -> Vec<Estimate> 
         emulator.estimate(prediction, case).unwrap_or_else(failed)
     };
     for cases in cases.chunks(AT_ONCE) {
-        estimates.extend(cases.par_iter().map(estimate).collect::<Vec<_>>());
+        estimates.extend(in_parallel(cases, estimate));
         let _ = counter.step(cases.len(), "");
     }
     estimates

@@ -5,7 +5,6 @@ use super::calibrate::told;
 use super::{CaseArguments, ThetaArguments, Usage, refuse, refuse_if, warn, write};
 use anyhow::{Context, Result};
 use clap::Args;
-use rayon::prelude::*;
 use serde::Deserialize;
 use sinew::calibrate::CalibrateError;
 use sinew::calibration::{SOLVES, remove_results};
@@ -14,6 +13,7 @@ use sinew::report::format::{digits, digits_beside};
 use sinew::runs::{Measured, Runs, RunsPosterior, write_predictions};
 use sinew::{EmulatorError, Unit, values_in_words};
 use sinew_emulate::{LeftOut, Predicted, RunsEmulator, Terminal};
+use sinew_num::try_in_parallel;
 use sinew_report::Provenance;
 use sinew_sample::{NutsOptions, write_csv};
 use std::path::{Path, PathBuf};
@@ -105,9 +105,10 @@ pub(crate) fn predict(
     let out = case.out.clone().unwrap_or_else(|| case.file.case.clone()).join("predict");
     let thetas = theta.of(&emulator.parameters, &out)?;
     tell_outside(&emulator.parameters, &thetas);
-    let predict = |theta: Vec<f64>| Ok((theta.clone(), emulator.predict(&theta)?));
-    let found: Result<Vec<_>, EmulatorError> = thetas.into_par_iter().map(predict).collect();
-    let found = found?;
+    let found = try_in_parallel(thetas, |theta| -> Result<_, EmulatorError> {
+        let found = emulator.predict(&theta)?;
+        Ok((theta, found))
+    })?;
     for (theta, found) in found.iter().take(MOST_LINES) {
         println!("{}: {}", values_in_words(&emulator.parameters, theta), said(&emulator, found));
     }

@@ -2,9 +2,9 @@
 
 use super::{Quality, Results, Row, least_and_largest_ratio, mean_and_largest, shown};
 use crate::theta::{heads, outside};
-use rayon::prelude::*;
 use sinew_energy::{Body, Units};
 use sinew_fem::{held_sets, reactions};
+use sinew_num::in_parallel;
 
 /// Head of the column of residuals.
 pub(super) const RESIDUAL: &str = "residual relative to the forces";
@@ -28,7 +28,7 @@ impl Results<'_> {
             let cells = self.cells(first + case, row, judged).into_iter();
             csv_line(&cells.map(|(_, cell)| cell).collect::<Vec<_>>())
         };
-        self.rows.par_iter().enumerate().map(line).collect()
+        in_parallel(self.rows.iter().enumerate(), line)
     }
 
     /// Displacements and volumes of cavities against a parameter.

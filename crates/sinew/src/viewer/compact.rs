@@ -1,9 +1,9 @@
 //! Predictions that a page is made from, and regressions of them with the digits that it needs.
 
 use crate::Emulator;
-use rayon::prelude::*;
 use sinew_emulate::parts::norm;
 use sinew_emulate::{Counter, Observer, PodRegression, Result};
+use sinew_num::try_in_parallel;
 use sinew_report::{Model, Packed, PackedRow};
 
 /// Most bytes of a mode's entry, and of a weight: kernels' weights of either sign cancel, and need all digits of 64 bits.
@@ -141,14 +141,12 @@ pub(super) fn relative(
     checked: &Sampled,
     values: impl Fn(&Vec<f64>) -> Vec<f64> + Sync,
 ) -> Result<[f64; 2]> {
-    let pairs = checked.thetas.par_iter().zip(&checked.fields);
-    let each: Vec<[f64; 2]> = pairs
-        .map(|(theta, field)| {
-            let (own, truth) = (shown.at(theta)?, values(field));
-            let apart: Vec<f64> = own.iter().zip(&truth).map(|(a, b)| a - b).collect();
-            Ok([norm(&apart), norm(&truth)])
-        })
-        .collect::<Result<_>>()?;
+    let pairs = checked.thetas.iter().zip(&checked.fields);
+    let each = try_in_parallel(pairs, |(theta, field)| -> Result<_> {
+        let (own, truth) = (shown.at(theta)?, values(field));
+        let apart: Vec<f64> = own.iter().zip(&truth).map(|(a, b)| a - b).collect();
+        Ok([norm(&apart), norm(&truth)])
+    })?;
     let ratio = |[apart, size]: [f64; 2]| apart / size.max(f64::MIN_POSITIVE);
     let mean = each.iter().map(|sizes| ratio(*sizes)).sum::<f64>() / each.len().max(1) as f64;
     let all = [0, 1].map(|which| norm(&each.iter().map(|sizes| sizes[which]).collect::<Vec<_>>()));

@@ -4,11 +4,11 @@ use super::compact::{AT_ONCE, Compact, Sampled, relative};
 use super::surface::Surface;
 use crate::Emulator;
 use crate::stresses::at_nodes;
-use rayon::prelude::*;
 use sinew_emulate::{Counter, Observer, PodRegression, Result};
 use sinew_energy::Body;
 use sinew_energy::metrics::displacement_error;
 use sinew_fem::{CellStress, SolverPool, cell_stresses};
+use sinew_num::{in_parallel, try_in_parallel};
 use sinew_report::format::digits;
 use sinew_report::{Model, Quantity, Source};
 use sinew_sample::quantile;
@@ -54,7 +54,7 @@ pub(super) fn colours(
             let nodes = at_nodes(body, 1, &values);
             surface.nodes.iter().map(|&node| nodes[node]).collect()
         };
-        let values = |sampled: &Sampled<_>| sampled.fields.par_iter().map(of).collect::<Vec<_>>();
+        let values = |sampled: &Sampled<_>| in_parallel(&sampled.fields, of);
         let (samples, truth) = (values(&fitted), values(&checked));
         let regression =
             PodRegression::fit_polynomial(&body.parameters, &fitted.thetas, &samples, DEGREE)?;
@@ -78,11 +78,11 @@ pub(super) fn colours(
 
 /// Predictions that invert no cell, by their stresses.
 fn stressed(body: &Body, sampled: &Sampled) -> Sampled<Vec<CellStress>> {
-    let pairs = sampled.thetas.par_iter().zip(&sampled.fields);
-    let found = pairs.filter_map(|(theta, field)| {
+    let pairs = sampled.thetas.iter().zip(&sampled.fields);
+    let found = in_parallel(pairs, |(theta, field)| {
         cell_stresses(body, field, theta).ok().map(|cells| (theta.clone(), cells))
     });
-    let (thetas, fields) = found.collect::<Vec<_>>().into_iter().unzip();
+    let (thetas, fields) = found.into_iter().flatten().unzip();
     Sampled { thetas, fields }
 }
 
@@ -190,15 +190,12 @@ fn errors(
     let solvers = SolverPool::new(emulator.body());
     let mut found = Errors::default();
     for some in cases.chunks(AT_ONCE) {
-        let each: Vec<Option<Vec<f64>>> = some
-            .par_iter()
-            .map(|(theta, field)| -> Result<_> {
-                let estimate = solvers.with(|solver| solver.error_estimate(field, theta))?;
-                let Ok(distance) = estimate.distance else { return Ok(None) };
-                let (truth, own) = (surface.of_field(&distance.equilibrium), shown.at(theta)?);
-                Ok(Some(displacement_error(&truth, &own)))
-            })
-            .collect::<Result<_, _>>()?;
+        let each = try_in_parallel(some, |(theta, field)| -> Result<_> {
+            let estimate = solvers.with(|solver| solver.error_estimate(field, theta))?;
+            let Ok(distance) = estimate.distance else { return Ok(None) };
+            let (truth, own) = (surface.of_field(&distance.equilibrium), shown.at(theta)?);
+            Ok(Some(displacement_error(&truth, &own)))
+        })?;
         for ((theta, _), nodal) in some.iter().zip(each) {
             let Some(nodal) = nodal else {
                 found.refused += 1;
