@@ -73,7 +73,7 @@ fn a_sphere_that_softens_under_its_pressure_turns_back_at_the_stiffness_of_its_l
     let (scene, pole) = sphere();
     let body = scene.mixed().lower().unwrap();
     let mut solver = Solver::new(&body).unwrap();
-    let line = Line::of_theta([&[4.0, 0.0], &[1.0, 0.0]]);
+    let line = Line::of_theta([&[2.0, 0.0], &[1.0, 0.0]]);
     let curve = solver.follow(&line, &Options::default()).unwrap().with_longest_step(0.3).unwrap();
     let mut softest = f64::INFINITY;
     for point in curve {
