@@ -339,7 +339,7 @@ fn coverage(runs: usize, sd: [f64; 2]) -> ([f64; 2], f64) {
                 Measured { output: output.into(), value, sd: sd[at] }
             })
             .collect();
-        let options = NutsOptions { warmup: 75, draws: 100, ..NutsOptions::default() };
+        let options = NutsOptions { warmup: 150, draws: 150, ..NutsOptions::default() };
         let found = RunsPosterior::new(&emulator, &data, &options, &mut ());
         let Ok(posterior) = found else { continue };
         answered += 1;
