@@ -137,7 +137,7 @@ impl LogDensity for Target<'_> {
         }
         if problem.inferred() > 0 {
             // In the coordinates of the factors: −½ tr(Σ⁻¹ Σ') + ½ αᵀ Σ' α with α = Σ⁻¹ r.
-            // With Σ⁻¹ = L⁻ᵀ L⁻¹.
+            // The diagonal of Σ⁻¹ = L⁻ᵀ L⁻¹ holds the squared norms of the columns of L⁻¹.
             let mut inverse = DMatrix::identity(solved.len(), solved.len());
             noise.factor.l_dirty().solve_lower_triangular_mut(&mut inverse);
             let factors = problem.log_factors(y);

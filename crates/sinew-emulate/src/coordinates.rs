@@ -45,8 +45,8 @@ pub use error::{CoordinateError, require_count, require_finite, require_positive
 pub(crate) use error::{Result, ensure};
 pub use motions::{Anchor, Motions};
 pub(crate) use motions::{matrix, of_eigenvalues, rigid_motions};
-pub(crate) use principal::{expansion, terms};
 pub use principal::{PrincipalDirections, all_terms, check_terms};
+pub(crate) use principal::{expansion, terms};
 pub use scaling::{OutputScale, ParameterRange, ParameterScaling};
 pub use tree::{MotionTree, halves};
 pub(crate) use tree::{Number, cluster_centres, cluster_counts};

@@ -6,7 +6,7 @@ use crate::{
     ReferenceLoads, Spring, ThetaError, Units,
 };
 use sinew_mesh::{AnyMesh, Element};
-use sinew_num::{Mat3, dot, in_parallel, sum};
+use sinew_num::{Mat3, dot, sum, try_in_parallel};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -354,7 +354,7 @@ impl Body {
         let shares = 0..parts.div_ceil(SHARE);
         match self.volumes.len() < LARGE {
             true => shares.map(share).collect(),
-            false => in_parallel(shares, share).into_iter().collect(),
+            false => try_in_parallel(shares, |at| share(at).ok_or(())).ok(),
         }
     }
 

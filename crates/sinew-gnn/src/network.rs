@@ -22,8 +22,9 @@ use crate::{
 };
 use course::Course;
 use serde::{Deserialize, Serialize};
-use sinew_emulate::coordinates::OutputScale;
-use sinew_emulate::coordinates::{Coordinates as Meaning, Motions, PrincipalDirections};
+use sinew_emulate::coordinates::{
+    Coordinates as Meaning, Motions, OutputScale, PrincipalDirections,
+};
 use sinew_emulate::parts::{Session, admissible, not_finite, scaling, timed, work};
 use sinew_emulate::{Body, Load, Predictor, Record, TestSet};
 use sinew_fem::{NewtonStep, Options, SolveError, Solver};

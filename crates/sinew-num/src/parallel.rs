@@ -1,6 +1,6 @@
-//! Parallel loops, compiled once for all parts and values.
+//! Parallel loops over one loop of rayon.
 //!
-//! Each of rayon's own loops is compiled again for every closure and collection, some 3 000 lines of LLVM's input a time.
+//! Each of rayon's iterators is compiled again for every closure and collection, some 3 000 lines of LLVM's input a time.
 
 use rayon::prelude::*;
 use std::sync::Mutex;

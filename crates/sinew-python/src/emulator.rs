@@ -100,8 +100,9 @@ impl NativeEmulator {
     }
 
     /// What to doubt of its displacements.
-    fn doubts(&self, py: Python<'_>) -> Result<Vec<String>> {
-        Ok(py.detach(|| self.with(doubtful_emulator))?)
+    fn doubts(&self, py: Python<'_>) -> Vec<String> {
+        let unknown = |error| vec![format!("its displacements were not checked: {error}")];
+        py.detach(|| self.with(doubtful_emulator)).unwrap_or_else(unknown)
     }
 
     /// Stores it in a folder.

@@ -52,7 +52,7 @@ impl From<Failure> for PyErr {
     }
 }
 
-/// What does in Python what a command of the program does.
+/// Commands of the program, and the calls of Python that do the same.
 const CALLS: [(&str, &str); 4] = [
     ("`sinew solve --check-mesh`", "`Case.check_mesh`"),
     ("`sinew solve --load-steps`", "`Case.solve(load_steps=True)`"),

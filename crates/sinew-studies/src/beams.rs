@@ -1,6 +1,6 @@
 //! The thesis' two gravity beams: emulators against the solver.
 //!
-//! [`scenes`] are lowered to bodies, `recipes` says how emulators are made of them, `sinew` compares them, `fenics` measures the solver
+//! [`scenes`] are lowered to bodies, `recipes` says how emulators are made of them, `run` compares them. [`scenes`] also measures the solver
 //! that judges them.
 
 pub mod options;

@@ -361,11 +361,12 @@ impl Case {
         if matches!(formulation, Formulation::Quadratic | Formulation::Mixed) {
             // Nodes are marked before means of the marks would stand in the middle of edges.
             self.marked_sets().for_each(|set| drop(supports::add_node_set(&mut mesh, set)));
+            let is_linear = !mesh.element().is_quadratic();
             mesh = mesh::quadratic(mesh).map_err(|element| {
                 let reason = format!("{element} have no quadratic form here; choose \"averaged\"");
                 self.source.error(&["formulation"], reason)
             })?;
-            self.fibres.iter().for_each(|fibres| fibres.raise(&mut mesh));
+            self.fibres.iter().filter(|_| is_linear).for_each(|fibres| fibres.raise(&mut mesh));
         }
         let loads = self.lower_loads(&mesh, law)?;
         let supports = self.lower_supports(&mut mesh)?;

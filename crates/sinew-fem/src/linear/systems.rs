@@ -1,5 +1,5 @@
 //! The linear systems of Newton's method: by back-substitution or conjugate gradients for a body with a potential, else by GMRES
-//! preconditioned by the factor.
+//! preconditioned by the factor; the choice of the method.
 
 use crate::elements::{System, load_gradient};
 use crate::linear::{End, Iterated, LinearOutcome, MOST_ITERATIONS, MOST_SHIFTS, Shifted, gmres};

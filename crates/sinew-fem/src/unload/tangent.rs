@@ -5,7 +5,7 @@ use crate::linear::{Sparsity, facets_of};
 use crate::unload::state::{Image, Level, PointRate, Tensor};
 use nalgebra::{Matrix3, Vector3};
 use sinew_energy::{Body, ReferenceSurface};
-use sinew_num::{Mat3, Scalar, Slope, cross, dot3, in_parallel, sub3};
+use sinew_num::{Mat3, Scalar, Slope, cross, dot3, sub3, try_in_parallel};
 
 /// Number of cells that are computed on all threads before they are added.
 const AT_ONCE: usize = 2048;
@@ -100,9 +100,9 @@ impl Image<'_> {
         for first in (0..matrices).step_by(AT_ONCE) {
             // On all threads, then added one after the other: numbers do not depend on the count of threads.
             let range = first..matrices.min(first + AT_ONCE);
-            let blocks = in_parallel(range.clone(), of_matrix);
-            for (block, index) in blocks.into_iter().zip(range) {
-                add(block?, Some(index));
+            let blocks = try_in_parallel(range.clone(), |index| of_matrix(index).ok_or(()));
+            for (block, index) in blocks.ok()?.into_iter().zip(range) {
+                add(block, Some(index));
             }
         }
         for surface in &body.reference_loads.surfaces {

@@ -1,6 +1,5 @@
 //! Settings of a training run, its schedule, and its share of a budget.
 
-use crate::training::TrainingBudget as Length;
 use crate::{Error, OptimiserConfig, Result};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::Budget;
@@ -132,14 +131,14 @@ pub(crate) fn scale(stages: &mut [&mut TrainingConfig], budget: Budget, spent: f
     let steps: f64 = stages.iter().map(|stage| steps_of(stage)).sum();
     for stage in stages {
         let scaled = |factor: f64, stage: &TrainingConfig| {
-            Length::Steps(((steps_of(stage) * factor).round() as usize).max(1))
+            TrainingBudget::Steps(((steps_of(stage) * factor).round() as usize).max(1))
         };
         stage.budget = match budget {
             Budget::Effort(factor) => scaled(factor, stage),
             Budget::Steps(count) => scaled(count as f64 / steps, stage),
             Budget::Seconds(seconds) => {
                 let left = (TRAINING_SHARE * (seconds - spent)).max(LEAST_TRAINING * seconds);
-                Length::Seconds(left * stage.cost() / total)
+                TrainingBudget::Seconds(left * stage.cost() / total)
             }
         };
     }
@@ -155,7 +154,7 @@ const PASS_COST: f64 = 300.0;
 const DECODER_COST: f64 = 33.0;
 
 fn steps_of(config: &TrainingConfig) -> f64 {
-    if let Length::Steps(steps) = config.budget { steps as f64 } else { 0.0 }
+    if let TrainingBudget::Steps(steps) = config.budget { steps as f64 } else { 0.0 }
 }
 
 impl TrainingConfig {

@@ -164,7 +164,7 @@ const MIXED: f64 = 1.05;
 /// Effective draws of bulk and tails, in units of the draws kept, from which on these suffice.
 const EFFECTIVE: f64 = 0.33;
 /// Times that chains are drawn anew at most, twice as long.
-const SAMPLED_ROUNDS: u64 = 1;
+const CHAIN_ROUNDS: u64 = 1;
 
 /// Draws parameters from their posterior in four chains, which start about its maximum. Chains that do not agree, or of too few
 /// effective draws, are drawn anew with the covariance of what they found, twice as long.
@@ -205,7 +205,7 @@ pub(crate) fn sampled<const D: usize>(
         let doubtful = worst.is_some_and(|(_, r_hat, effective)| {
             r_hat > MIXED || effective < EFFECTIVE * draws as f64
         });
-        if !doubtful || round == SAMPLED_ROUNDS {
+        if !doubtful || round == CHAIN_ROUNDS {
             let all = found.thinned(kept);
             let draws = all.pooled().map(|q| space.parameters(q)).take(draws).collect();
             return Ensemble::checked(fit, draws, None, worst.filter(|_| doubtful));

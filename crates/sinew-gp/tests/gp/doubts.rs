@@ -180,7 +180,7 @@ fn laplace_is_as_wide_as_nuts_or_says_so() -> Result<(), GpError> {
         let data = Data::new().values(&places, &y, Noise::Learned).equation(&at, &f, Noise::Exact);
         let fit = fitted(&problem, data)?;
         let weighed = laplace(&fit, 300, seed)?;
-        let drawn = nuts(&fit, &NutsOptions { warmup: 60, draws: 200, seed })?;
+        let drawn = nuts(&fit, &NutsOptions { seed, ..NutsOptions::default() })?;
         for (name, truth) in TRUE {
             let ([lower, upper], said) = judged(name, &fit, &weighed)?;
             let [low, high] = drawn.interval(name, 0.95)?;
@@ -239,7 +239,7 @@ fn an_outlier_is_named_and_students_noise_bears_it() -> Result<(), GpError> {
             _ => None,
         }))
     };
-    for seed in 0..sets(2) {
+    for seed in 0..sets(3) {
         let clean = spoiled(0.0, Noise::Learned, seed)?;
         let wide = spoiled(100.0, Noise::Learned, seed)?;
         let robust = spoiled(100.0, Noise::StudentT(4.0), seed)?;

@@ -2,10 +2,8 @@
 
 use crate::beams::options::BeamOptions;
 use crate::beams::recipes::{self, Samples};
-use crate::beams::scenes;
-use crate::beams::scenes::{BEAMS, Beam};
-use crate::program;
-use crate::program::Growing;
+use crate::beams::scenes::{self, BEAMS, Beam};
+use crate::program::{self, Growing};
 use anyhow::{Context, Result, ensure};
 use sinew::output::{Results, Row};
 use sinew::{Case, Comparison, TestSet};

@@ -1,6 +1,6 @@
 //! Unloads the thesis' left ventricle by Newton's method and by the usual fixed points, and prints error against processor time.
 //!
-//! Solves the thesis' left ventricle cold, on one core, for its softest corner and Sobol points of its parameter box. The mesh is
+//! `sweep` solves it cold, on one core, for its softest corner and Sobol points of its parameter box. The mesh is
 //! ../shared/meshes/left_ventricle.vtk beside the repository where there is one, else the small one of fixtures/organ.
 
 use super::organ::ventricle::{BULK_MODULUS, MMHG, scene, thetas};

@@ -13,8 +13,7 @@ use super::simulated::{Compared, Simulated, Targets};
 use super::stage::INFLATED as KEY;
 use super::variant::{Inputs, Variant};
 use super::{stage, verdict};
-use crate::program;
-use crate::program::cpu_seconds;
+use crate::program::{self, cpu_seconds};
 use anyhow::{Context, Result, ensure};
 use methods::{COARSE, COARSE_FULL, Data, PACE, coarse_alone, one_stiffness};
 use serde::{Deserialize, Serialize};
@@ -298,9 +297,9 @@ fn variants(options: &Options) -> Vec<(Variant, bool)> {
         .collect()
 }
 
-/// The speed of the report: answers for a shape that changes and for one that stays, beside the solver, all parameters 1.
+/// The section of the report: answers for a shape that changes and for one that stays, beside the solver, all parameters 1.
 pub(in crate::populations) fn speed(options: &Options) -> Result<Section> {
-    options.kept(&options.out.join(stage::SPEED).join("speed.json"), || speed_measured(options))
+    options.kept(&options.out.join(stage::SPEED).join("section.json"), || speed_measured(options))
 }
 
 fn speed_measured(options: &Options) -> Result<Section> {

@@ -1,4 +1,4 @@
-//! The benchmarks, one file each.
+//! The benchmarks, by geometry.
 
 mod beam;
 mod boxes;

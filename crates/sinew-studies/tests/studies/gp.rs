@@ -2,8 +2,8 @@
 
 use clap::{CommandFactory, Parser, ValueEnum};
 use sinew_report::{Block, Report, Row};
-use sinew_studies::gp::experiments::Name;
 use sinew_studies::gp::Options;
+use sinew_studies::gp::experiments::Name;
 use sinew_studies::gp::reproduce_gp;
 use std::path::Path;
 

@@ -237,20 +237,22 @@ pub(super) fn directions(
     })?;
     let keys = ["field", "sheets", "normal"];
     let read = |(name, key): (&&str, &str)| {
-        let (field, _) = field_of(mesh, name).map_err(|reason| error(key, reason))?;
-        field.to_vectors::<3>().ok_or_else(|| {
+        let (field, of_cells) = field_of(mesh, name).map_err(|reason| error(key, reason))?;
+        let rows = field.to_vectors::<3>().ok_or_else(|| {
             let count = field.components;
             error(key, format!("the field `{name}` has {count} components, a direction has 3"))
-        })
+        })?;
+        Ok((rows, of_cells))
     };
     let columns = names.iter().zip(keys).take(law.directions).map(read);
-    let columns: Vec<Vec<[f64; 3]>> = columns.collect::<Result<_, _>>()?;
-    let differ = columns.iter().any(|column| column.len() != columns[0].len());
+    let (columns, of_cells): (Vec<Vec<[f64; 3]>>, Vec<_>) =
+        columns.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
+    let differ = of_cells.iter().any(|own| *own != of_cells[0]);
     let reason = "fibres and sheets must both be fields of cells, or both of nodes";
     source.refuse_if(differ, &["fibres", "sheets"], || reason)?;
     let rows = columns[0].len();
     let others = || [mesh.cell_count(), scene.quadrature_points().len()];
-    let alike = !mesh.cell_fields().contains_key(names[0]) && others().contains(&rows);
+    let alike = !of_cells[0] && others().contains(&rows);
     source.refuse_if(alike, &["fibres", "field"], || {
         format!("the mesh has {rows} nodes, and as many cells or quadrature points; give fibres of cells, or take other cells")
     })?;

@@ -232,7 +232,7 @@ fn rounded(value: f64) -> String {
     sinew_report::format::trimmed(value, 3)
 }
 
-/// [`locking`] at the θ of the largest mean square displacement; none without any.
+/// [`locking`] at the θ of the largest mean square displacement that inverts no cell; none without any.
 ///
 /// # Errors
 /// As for [`locking`].
@@ -240,7 +240,8 @@ pub fn locking_at_most<'a>(
     body: &Body,
     states: impl IntoIterator<Item = (&'a Vec<f64>, &'a [f64])>,
 ) -> Result<Option<LockingWarning>, SolveError> {
-    let most = states.into_iter().max_by(|(_, a), (_, b)| dot(a, a).total_cmp(&dot(b, b)));
+    let most = states.into_iter().filter(|(_, field)| body.admits(field));
+    let most = most.max_by(|(_, a), (_, b)| dot(a, a).total_cmp(&dot(b, b)));
     most.map_or(Ok(None), |(theta, field)| locking(body, theta, field))
 }
 

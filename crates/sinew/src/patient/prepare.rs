@@ -57,6 +57,11 @@ impl PatientFile {
             "the loads of the image are missing: add [phases.image] with a pressure, such as p = \"8 mmHg\", or \
                  image_at_rest = true under [calibration]"
         })?;
+        source.refuse_if(
+            phases.contains_key("rest"),
+            &["phases", "rest"],
+            || "each patient has a state `rest`; give the phase another name",
+        )?;
         let known = || body.parameters.iter().map(|p| p.name.as_str());
         let mut found = Phases::new();
         for (phase, entries) in phases {

@@ -63,3 +63,14 @@ fn nodal_directions_are_not_taken_for_those_of_cells() {
     }
     assert!(body("plain", box_hexahedra([1.0; 3], [2, 1, 1]).into(), |_| 1.0).is_ok());
 }
+
+#[test]
+fn cells_that_are_quadratic_in_the_file_keep_the_directions_of_their_middle_nodes() {
+    let energy = |formulation: &str| {
+        let mesh = box_tetrahedra([4.0, 3.0, 2.0], [2, 2, 1]).quadratic();
+        let body = body(formulation, mesh.into(), |_| 1.0).unwrap();
+        let moved = body.positions.iter().flat_map(|x| [0.2 * x[0] * x[1], 0.1 * x[0], 0.0]);
+        body.value(&moved.collect::<Vec<_>>(), &body.centre())
+    };
+    assert_eq!(energy("quadratic"), energy("plain"));
+}

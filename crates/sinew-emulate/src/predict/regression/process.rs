@@ -3,7 +3,7 @@
 use super::design::{Groups, are_independent};
 use super::interpolation::{Basis, Fitted, Interpolation};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, RowDVector};
-use sinew_num::{in_parallel, monomials};
+use sinew_num::{monomials, try_in_parallel};
 
 /// Bounds and start of the logarithms of the lengths: points have standard deviation 1.
 const LOG_LENGTH: (f64, f64, f64) = (-3.0, 0.7, 5.5);
@@ -171,8 +171,8 @@ pub(super) fn left_out(
         };
         Some(out.into_iter().map(error).collect::<Vec<_>>())
     };
-    let found: Option<Vec<_>> = in_parallel(0..folds, of_fold).into_iter().collect();
-    Some(found?.concat())
+    let found = try_in_parallel(0..folds, |fold| of_fold(fold).ok_or(()));
+    Some(found.ok()?.concat())
 }
 
 /// Covariance of points, with the generalised least squares of a polynomial (Rasmussen & Williams, 2006, section 2.7).

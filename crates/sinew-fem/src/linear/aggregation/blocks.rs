@@ -123,7 +123,7 @@ impl<T: RealField + Copy, const R: usize, const C: usize> BlockMatrix<T, R, C> {
         product
     }
 
-    /// Rows in a few chunks for each thread, for tasks with memory of their own.
+    /// Rows in a few chunks for each thread, for tasks with memory of their own. Each row is computed alone, so that the division changes no number.
     fn chunks(&self) -> impl Iterator<Item = Range<usize>> + use<T, R, C> {
         let height = self.height();
         let size = ROWS.max(height.div_ceil(8 * rayon::current_num_threads()));

@@ -1,4 +1,5 @@
 //! Poisson equations of the thesis (§4.8.1): an interval, and a domain that is not a box.
+//!
 //! The introduction's PINN (§1.7.3): −u″ = x² with u(0) = u(1) = 0, by the strong form or by the energy.
 //!
 //! Misprints corrected: u = (x − x⁴)/12, and the energy has ½⟨u′, u′⟩.
@@ -215,7 +216,7 @@ struct Loss {
 impl Loss {
     /// Mean (g + û″)² (1.21).
     fn strong() -> Self {
-        let points = (0..COLLOCATION).map(|k| (k as f64 + 0.5) / STRONG_POINTS as f64);
+        let points = (0..STRONG_POINTS).map(|k| (k as f64 + 0.5) / STRONG_POINTS as f64);
         Self {
             points: points.map(|x| (x, 1.0 / STRONG_POINTS as f64)).collect(),
             slope: |x, [_, _, bend]| [0.0, 0.0, 2.0 * (load(x) + bend)],
@@ -250,8 +251,8 @@ pub(super) fn pinn(scale: Scale) -> Experiment {
         (Method::EnergyForm, format!("{QUADRATURE} quadrature points")),
     ];
     let case = |(method, setting)| {
-        let run_pinn = move |task: &Task| run_pinn(method, scale, task);
-        Case::new(("Poisson in 1-D", &[]), method, run_pinn).at(setting)
+        let run = move |task: &Task| run_pinn(method, scale, task);
+        Case::new(("Poisson in 1-D", &[]), method, run).at(setting)
     };
     Experiment {
         title: "A first PINN (§1.7.3, Fig. 1.4)",

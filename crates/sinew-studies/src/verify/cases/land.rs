@@ -136,7 +136,7 @@ fn bar(mesh: AnyMesh, bulk_modulus: f64) -> Scene {
     scene(mesh, material, &BAR_THETA, loads, supports)
 }
 
-/// Beside the limit, and beside the same elements on the same mesh in FEniCS where there is such a run_bar.
+/// Beside the limit, and beside the same elements on the same mesh in FEniCS where there is such a run.
 fn push(
     rows: &mut Rows,
     formulation: Formulation,
@@ -147,8 +147,7 @@ fn push(
     let label = Label::new(formulation, boxes(cells), "z of (10, ½, 1) [mm]");
     rows.relative(label, [height, published::LAND_BAR], band, found.cost)?;
     let runs = published::LAND_BAR_BY_MESH.iter();
-    for &(_, _, published) in runs.filter(|run_bar| (run_bar.0, run_bar.1) == (formulation, cells))
-    {
+    for &(_, _, published) in runs.filter(|run| (run.0, run.1) == (formulation, cells)) {
         // Six digits were printed; the quadrature of quadratic elements is a choice.
         let band = Band::below(if formulation == Formulation::P1 { 1e-5 } else { 1e-3 });
         let label = Label::new(formulation, boxes(cells), "z of (10, ½, 1) of FEniCS [mm]");

@@ -160,7 +160,7 @@ const LAST: f64 = 3.0;
 const LONGEST: f64 = 0.3;
 /// Wanted quantity.
 const BAND: Band = Band::below(0.005);
-/// The coarse mesh of a quick run_limit_point.
+/// The coarse mesh of a quick run.
 const COARSE: Band = Band::below(0.02);
 
 /// Both branches of the pressure over the volume, through the limit point.
