@@ -32,7 +32,7 @@ pub fn in_parallel<P: Send, T: Send>(
     slots.into_iter().map(|slot| slot.into_inner().expect(ONCE).1.expect(ONCE)).collect()
 }
 
-/// As [`in_parallel`]; parts that have not begun when one fails are left out.
+/// Values of the parts as by [`in_parallel`], or an error: no part begins after one that fails.
 ///
 /// # Errors
 /// The first error in the order of the parts that ran.

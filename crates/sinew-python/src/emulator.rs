@@ -99,7 +99,7 @@ impl NativeEmulator {
         self.with(|emulator| said(&emulator.record.warnings))
     }
 
-    /// What to doubt of its displacements.
+    /// Doubts about its displacements.
     fn doubts(&self, py: Python<'_>) -> Vec<String> {
         let unknown = |error| vec![format!("its displacements were not checked: {error}")];
         py.detach(|| self.with(doubtful_emulator)).unwrap_or_else(unknown)

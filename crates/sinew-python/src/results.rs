@@ -66,7 +66,7 @@ pub(crate) fn answers<'py>(
     Ok(result)
 }
 
-/// What to doubt of the states of a body at sets of parameters, found without the interpreter's lock.
+/// Doubts about the states of a body at sets of parameters, found without the interpreter's lock.
 pub(crate) fn doubts(
     py: Python<'_>,
     body: &Body,
