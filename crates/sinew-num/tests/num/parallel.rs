@@ -36,7 +36,7 @@ fn no_part_begins_after_an_error() {
 
 #[test]
 fn a_panic_reaches_the_caller() {
-    let panics = || in_parallel(0..10, |part| assert!(part != 5, "part 5"));
+    let panics = || in_parallel(0..10, |part| assert!(part != 5, "part {part}"));
     let caught = std::panic::catch_unwind(panics).unwrap_err();
     assert!(caught.downcast_ref::<String>().is_some_and(|text| text.contains("part 5")));
 }
