@@ -34,6 +34,14 @@ pub fn in_parallel<P: Send, T: Send>(
 
 /// Values of the parts as by [`in_parallel`], or an error: no part begins after one that fails.
 ///
+/// ```
+/// use sinew_num::try_in_parallel;
+///
+/// let root = |x: f64| if x < 0.0 { Err("negative") } else { Ok(x.sqrt()) };
+/// assert_eq!(try_in_parallel([4.0, 9.0], root), Ok(vec![2.0, 3.0]));
+/// assert_eq!(try_in_parallel([4.0, -9.0], root), Err("negative"));
+/// ```
+///
 /// # Errors
 /// The first error in the order of the parts that ran.
 pub fn try_in_parallel<P: Send, T: Send, E: Send>(
@@ -48,7 +56,14 @@ pub fn try_in_parallel<P: Send, T: Send, E: Send>(
     found.into_iter().flatten().collect()
 }
 
-/// A value of each of `0..count`, on all threads, by tasks of `grain`.
+/// A value of each of `0..count` in their order, on all threads, by tasks of `grain` that follow each other.
+///
+/// ```
+/// assert_eq!(sinew_num::in_tasks(5, 2, |index| 10 * index), [0, 10, 20, 30, 40]);
+/// ```
+///
+/// # Panics
+/// A `grain` of zero.
 pub fn in_tasks<T: Send>(count: usize, grain: usize, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let task = |first: usize| (first..count.min(first + grain)).map(&value).collect();
     let mut values = Vec::with_capacity(count);
