@@ -10,8 +10,10 @@ pub(crate) mod vector;
 
 pub(crate) use aggregation::{Aggregation, MOST_ITERATIONS, Shifted};
 pub(crate) use factor::{Factor, MOST_SHIFTS, shift_of};
-pub(crate) use krylov::{End, Iterated, LinearOutcome, conjugate_gradients, gmres};
+pub(crate) use krylov::{
+    End, Iterated, LinearOutcome, conjugate_gradients, gmres, largest, update,
+};
 pub(crate) use ordering::fill_reducing_order;
 pub(crate) use sparsity::{Sparsity, facets_of, patch_nodes_of};
 pub(crate) use systems::{MOST_COUNTED, MOST_SINGLE, Method};
-pub(crate) use vector::{add, difference, dot, norm, relative};
+pub(crate) use vector::{add, compressed, difference, dot, norm, relative};

@@ -38,7 +38,7 @@ pub use connectivity::{ascending, cells_of_nodes, connected_cells, connected_com
 pub use mat3::Mat3;
 pub use monomials::monomials;
 #[cfg(feature = "threads")]
-pub use parallel::{in_parallel, in_tasks, try_in_parallel};
+pub use parallel::{fill, in_parallel, in_tasks, try_in_parallel};
 pub use random::SplitMix64;
 #[cfg(feature = "threads")]
 pub use ready::on_ready_threads;

@@ -73,6 +73,22 @@ pub fn in_tasks<T: Send>(count: usize, grain: usize, value: impl Fn(usize) -> T 
     values
 }
 
+/// Overwrites each entry of a slice with a value of its index, on all threads, by tasks of `grain` that follow each other.
+///
+/// ```
+/// let mut entries = [0; 5];
+/// sinew_num::fill(&mut entries, 2, |index| 10 * index);
+/// assert_eq!(entries, [0, 10, 20, 30, 40]);
+/// ```
+///
+/// # Panics
+/// A `grain` of zero.
+pub fn fill<T: Send>(entries: &mut [T], grain: usize, value: impl Fn(usize) -> T + Sync) {
+    in_parallel(entries.chunks_mut(grain).enumerate(), |(task, entries)| {
+        entries.iter_mut().zip(grain * task..).for_each(|(entry, index)| *entry = value(index));
+    });
+}
+
 fn each(count: usize, task: &(dyn Fn(usize) + Sync)) {
     match count {
         0 | 1 => (0..count).for_each(task),

@@ -214,7 +214,9 @@ impl Assembly {
             }
             // None after an inverted cell.
             if patched && patches.len() == parts.start {
-                for (of_patch, (patch, of_law)) in body.patches[parts].iter().zip(share.patches) {
+                for (of_patch, (patch, of_law)) in
+                    body.patches[parts].iter().zip(share.patches.drain(..))
+                {
                     of_patch.iter().zip(of_law).for_each(|(&point, law)| of_patches[point] = law);
                     patches.push(patch);
                 }

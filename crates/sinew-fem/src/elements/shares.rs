@@ -83,6 +83,19 @@ pub(crate) struct Share {
     pub patches: Vec<(PatchResponse, Vec<PointState>)>,
 }
 
+impl Share {
+    /// Empties it for other parts, and keeps its memory.
+    fn begin(&mut self, parts: Range<usize>) {
+        self.lower.clear();
+        self.rounding.forces.clear();
+        self.forces.clear();
+        self.patches.clear();
+        let Self { forces, lower, patches, rounding, .. } = std::mem::take(self);
+        let rounding = Rounding { energy: 0.0, ..rounding };
+        *self = Self { parts, forces, lower, patches, rounding, ..Self::default() };
+    }
+}
+
 /// State and stiffness that are asked for.
 #[derive(Clone, Copy)]
 pub(crate) struct Task<'a> {
@@ -97,7 +110,7 @@ pub(crate) struct Task<'a> {
 
 impl Task<'_> {
     /// Computes all shares, and hands them to `add` in their order. Writes the points of cells, but not those of patches.
-    pub(crate) fn run(self, points: &mut [PointState], mut add: impl FnMut(Share) + Send) {
+    pub(crate) fn run(self, points: &mut [PointState], mut add: impl FnMut(&mut Share) + Send) {
         let Self { body, .. } = self;
         let large = body.volumes.len() >= LARGE && rayon::current_num_threads() > 1;
         let (parts, plain) = match body.patches.len() {
@@ -114,24 +127,30 @@ impl Task<'_> {
             (parts, own)
         };
         let mut shares: Vec<_> = (0..parts).step_by(most).map(own).collect();
-        let compute = |(parts, points): &mut (Range<usize>, &mut [PointState])| {
-            let mut share = Share { parts: parts.clone(), ..Share::default() };
+        let compute = |(parts, points): &mut (Range<usize>, &mut [PointState]),
+                       share: &mut Share| {
+            share.begin(parts.clone());
             with_nodes!(body.nodes_per_cell, N => match plain {
-                true => self.cells::<N>(points, &mut share),
-                false => self.patches::<N>(&mut share),
+                true => self.cells::<N>(points, share),
+                false => self.patches::<N>(share),
             });
-            share
         };
-        if !large {
-            return shares.iter_mut().map(compute).for_each(add);
+        let (mut next, mut before) = (Vec::new(), Vec::<Share>::new());
+        let at_once = if large { AT_ONCE } else { 1 };
+        for batch in shares.chunks_mut(at_once) {
+            next.resize_with(batch.len(), Share::default);
+            let tasks = batch.iter_mut().zip(&mut next);
+            let compute = || in_parallel(tasks, |(parts, share)| compute(parts, share));
+            let mut add = || before.iter_mut().for_each(&mut add);
+            if large {
+                rayon::join(compute, add);
+            } else {
+                compute();
+                add();
+            }
+            std::mem::swap(&mut next, &mut before);
         }
-        let mut computed: Vec<Share> = Vec::new();
-        for batch in shares.chunks_mut(AT_ONCE) {
-            let before = std::mem::take(&mut computed);
-            let next = || in_parallel(batch, compute);
-            (computed, ()) = rayon::join(next, || before.into_iter().for_each(&mut add));
-        }
-        computed.into_iter().for_each(add);
+        before.iter_mut().for_each(add);
     }
 
     /// The tangent that the stiffness is built from.

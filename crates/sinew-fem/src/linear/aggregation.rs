@@ -4,7 +4,7 @@ mod blocks;
 mod multigrid;
 mod pattern;
 
-use crate::linear::{End, Iterated, Sparsity, conjugate_gradients, shift_of};
+use crate::linear::{End, Iterated, Sparsity, conjugate_gradients, largest, shift_of, update};
 use blocks::BlockMatrix;
 use multigrid::Multigrid;
 use pattern::Pattern;
@@ -101,7 +101,8 @@ impl Aggregation {
     /// Takes a matrix, with a shift of this number.
     fn load(&mut self, (sparsity, entries): Matrix<'_>, number: usize) -> &Pattern {
         let pattern = self.pattern.get_or_insert_with(|| Arc::new(Pattern::new(sparsity)));
-        self.blocks = Some(pattern.blocks(entries, shift_of(number), self.mean));
+        let blocks = self.blocks.get_or_insert_with(|| pattern.empty());
+        pattern.load(entries, shift_of(number), self.mean, blocks);
         pattern
     }
 
@@ -130,15 +131,16 @@ impl Aggregation {
             return (vec![f64::NAN; right.len()], 0, End::Failed);
         };
         let apply = |from: &[f64], to: &mut [f64]| {
-            blocks.for_rows(from.as_chunks().0, to.as_chunks_mut().0, |to, product| *to = product);
+            blocks.multiply(from.as_chunks().0, to.as_chunks_mut().0);
         };
+        let mut vectors = hierarchy.vectors();
         let precondition = |from: &[f64], to: &mut [f64]| {
             // Single precision holds no small residuals.
-            let size = from.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
-            let scaled: Vec<_> = from.iter().map(|x| (x / size) as f32).collect();
-            let solution = hierarchy.apply(scaled.as_chunks().0);
-            let pairs = to.iter_mut().zip(solution.as_flattened());
-            pairs.for_each(|(to, x)| *to = size * f64::from(*x));
+            let size = largest(from);
+            let scaled = vectors.finest.residual.as_flattened_mut();
+            update(scaled, from, |to, x| *to = (x / size) as f32);
+            hierarchy.apply(&mut vectors);
+            update(to, vectors.finest.solution.as_flattened(), |to, x| *to = size * f64::from(x));
         };
         // Matrix and right-hand side are over the mean diagonal.
         let right = pattern.scattered(right, self.mean);

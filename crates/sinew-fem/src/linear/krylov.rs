@@ -27,7 +27,7 @@ pub(crate) type Iterated = (Vec<f64>, usize, End);
 /// `apply(x, y)` writes A x to y; `precondition(x, y)` a symmetric positive definite approximation of A⁻¹ x.
 pub(crate) fn conjugate_gradients(
     apply: impl Fn(&[f64], &mut [f64]),
-    precondition: impl Fn(&[f64], &mut [f64]),
+    mut precondition: impl FnMut(&[f64], &mut [f64]),
     right: &[f64],
     tolerance: f64,
     most: usize,
@@ -60,10 +60,22 @@ pub(crate) fn conjugate_gradients(
     (solution, most, End::Failed)
 }
 
-fn update(to: &mut [f64], from: &[f64], change: impl Fn(&mut f64, f64) + Sync) {
+/// Calls `change` with each component of two vectors.
+pub(crate) fn update<T: Send, F: Copy + Sync>(
+    to: &mut [T],
+    from: &[F],
+    change: impl Fn(&mut T, F) + Sync,
+) {
     in_parallel(to.chunks_mut(SHARE).zip(from.chunks(SHARE)), |(to, from)| {
         to.iter_mut().zip(from).for_each(|(to, &from)| change(to, from));
     });
+}
+
+/// Largest magnitude of a component, more than zero.
+pub(crate) fn largest(vector: &[f64]) -> f64 {
+    let of_share =
+        |share: &[f64]| share.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
+    in_parallel(vector.chunks(SHARE), of_share).into_iter().fold(f64::MIN_POSITIVE, f64::max)
 }
 
 fn inner_product(a: &[f64], b: &[f64]) -> f64 {

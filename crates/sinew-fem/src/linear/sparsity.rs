@@ -1,13 +1,15 @@
 //! Numbering of the unknowns and where element matrices go in the stiffness matrix.
 
-use crate::linear::fill_reducing_order;
+use crate::linear::{compressed, fill_reducing_order};
 use faer::sparse::SymbolicSparseColMat;
 use sinew_energy::{Body, Frames, PressureSurface};
-use sinew_num::ascending;
+use sinew_num::{ascending, in_parallel};
 use std::ops::Range;
 
 /// Marks a degree of freedom that is prescribed, so no unknown.
 const PRESCRIBED: u32 = u32::MAX;
+/// Nodes or matrices of a task.
+const TASK: usize = 512;
 
 /// The sparsity of the stiffness matrix, ordered for little fill.
 ///
@@ -82,22 +84,26 @@ impl Sparsity {
             }
         }
 
-        let (mut starts, mut rows) = (vec![0], Vec::new());
-        for &node in &order {
-            let unknowns = |node: usize| unknown[3 * node..3 * node + 3].iter().copied();
-            let present = |&row: &u32| row != PRESCRIBED;
-            let own: Vec<_> = unknowns(node).filter(present).collect();
-            let last = own.last().copied().unwrap_or(0);
-            let others = neighbours[node].iter().flat_map(|&other| unknowns(other));
-            let below = others.filter(|row| present(row) && *row > last);
-            let mut below: Vec<_> = below.map(|row| row as usize).collect();
-            below.sort_unstable();
-            for at in 0..own.len() {
-                rows.extend(own[at..].iter().map(|&row| row as usize));
-                rows.extend(&below);
-                starts.push(rows.len());
+        let columns_of = |nodes: &[usize]| {
+            let (mut rows, mut ends) = (Vec::new(), Vec::new());
+            for &node in nodes {
+                let unknowns = |node: usize| unknown[3 * node..3 * node + 3].iter().copied();
+                let present = |&row: &u32| row != PRESCRIBED;
+                let own: Vec<_> = unknowns(node).filter(present).collect();
+                let last = own.last().copied().unwrap_or(0);
+                let others = neighbours[node].iter().flat_map(|&other| unknowns(other));
+                let below = others.filter(|row| present(row) && *row > last);
+                let mut below: Vec<_> = below.map(|row| row as usize).collect();
+                below.sort_unstable();
+                for at in 0..own.len() {
+                    rows.extend(own[at..].iter().map(|&row| row as usize));
+                    rows.extend(&below);
+                    ends.push(rows.len());
+                }
             }
-        }
+            (rows, ends)
+        };
+        let (starts, rows) = compressed(in_parallel(order.chunks(TASK), columns_of));
         let size = degree_of_freedom.len();
         let pattern = SymbolicSparseColMat::new_checked(size, size, starts, None, rows);
         let mut sparsity = Self {
@@ -111,41 +117,60 @@ impl Sparsity {
             unknown,
         };
         let surfaces = body.pressures.iter().chain(&body.followers);
-        sparsity.facets = sparsity.slots(facets_of(surfaces).map(|(_, _, nodes)| nodes));
-        let springs = body.springs.iter();
-        sparsity.springs = sparsity.slots(springs.map(|s| std::slice::from_ref(&s.node)));
-        sparsity.cells = sparsity.slots(matrices.into_iter());
+        let facets: Vec<_> = facets_of(surfaces).map(|(_, _, nodes)| nodes).collect();
+        let springs: Vec<_> = body.springs.iter().map(|s| std::slice::from_ref(&s.node)).collect();
+        sparsity.facets = sparsity.slots(&facets);
+        sparsity.springs = sparsity.slots(&springs);
+        sparsity.cells = sparsity.slots(&matrices);
         sparsity.patches = patches;
         sparsity
     }
 
     /// Places in the values of small matrices, whose rows are the three components of each of
     /// the nodes listed for them.
-    fn slots<'n>(&self, matrices: impl Iterator<Item = &'n [usize]>) -> Slots {
-        let mut slots = Slots { starts: vec![0], places: Vec::new() };
-        let starts = self.pattern.col_ptr();
+    fn slots(&self, matrices: &[&[usize]]) -> Slots {
+        let mut starts = vec![0];
         for nodes in matrices {
-            let dofs = nodes.iter().flat_map(|node| 3 * node..3 * node + 3);
-            let unknowns: Vec<_> = dofs.map(|dof| self.unknown(dof)).collect();
-            for (row, a) in unknowns.iter().enumerate() {
-                let mut last = None;
-                for (column, b) in unknowns[..=row].iter().enumerate() {
-                    let of_one_node = column % 3 > 0 && column / 3 < row / 3;
-                    let place = a.zip(*b).map_or(self.entries(), |(a, b)| match last {
-                        // The columns of one node hold the same rows below it.
-                        Some((before, place)) if of_one_node && a > b => {
-                            place - starts[before] - 1 + starts[b]
-                        }
-                        Some((_, place)) if of_one_node => place + 1,
-                        _ => self.slot(a, b),
-                    });
-                    slots.places.push(place as u32);
-                    last = b.map(|b| (b, place));
-                }
-            }
-            slots.starts.push(slots.places.len());
+            let size = 3 * nodes.len();
+            starts.push(starts[starts.len() - 1] + size * (size + 1) / 2);
         }
-        slots
+        let mut places = vec![0; starts[matrices.len()]];
+        let (mut tasks, mut rest) = (Vec::new(), &mut places[..]);
+        for (task, matrices) in matrices.chunks(TASK).enumerate() {
+            let first = TASK * task;
+            let size = starts[first + matrices.len()] - starts[first];
+            let (own, others) = rest.split_at_mut(size);
+            tasks.push((matrices, own));
+            rest = others;
+        }
+        in_parallel(tasks, |(matrices, places): (&[&[usize]], &mut [u32])| {
+            let mut slots = places.iter_mut();
+            matrices.iter().for_each(|nodes| self.put_places(nodes, &mut slots));
+        });
+        Slots { starts, places }
+    }
+
+    /// Writes the places of one small matrix.
+    fn put_places<'p>(&self, nodes: &[usize], places: &mut impl Iterator<Item = &'p mut u32>) {
+        let starts = self.pattern.col_ptr();
+        let dofs = nodes.iter().flat_map(|node| 3 * node..3 * node + 3);
+        let unknowns: Vec<_> = dofs.map(|dof| self.unknown(dof)).collect();
+        for (row, a) in unknowns.iter().enumerate() {
+            let mut last = None;
+            for ((column, b), slot) in unknowns[..=row].iter().enumerate().zip(&mut *places) {
+                let of_one_node = column % 3 > 0 && column / 3 < row / 3;
+                let place = a.zip(*b).map_or(self.entries(), |(a, b)| match last {
+                    // The columns of one node hold the same rows below it.
+                    Some((before, place)) if of_one_node && a > b => {
+                        place - starts[before] - 1 + starts[b]
+                    }
+                    Some((_, place)) if of_one_node => place + 1,
+                    _ => self.slot(a, b),
+                });
+                *slot = place as u32;
+                last = b.map(|b| (b, place));
+            }
+        }
     }
 
     /// Place of the entry of two unknowns among the values of the lower half.
@@ -253,5 +278,8 @@ fn neighbours<'n>(nodes: usize, cells: impl Iterator<Item = &'n [usize]>) -> Vec
             neighbours[a].extend(cell.iter().filter(|&&b| b != a));
         }
     }
-    neighbours.into_iter().map(ascending).collect()
+    in_parallel(neighbours.chunks_mut(TASK), |lists| {
+        lists.iter_mut().for_each(|list| *list = ascending(std::mem::take(list)));
+    });
+    neighbours
 }

@@ -4,6 +4,7 @@
 use crate::elements::{System, load_gradient};
 use crate::linear::{End, Iterated, LinearOutcome, MOST_ITERATIONS, MOST_SHIFTS, Shifted, gmres};
 use crate::{Result, SolveError};
+use sinew_num::on_ready_threads;
 
 /// Residual of a linear system relative to its right-hand side: Newton's method stays quadratic down to it, and a step
 /// that reaches equilibrium meets the accuracy in volume.
@@ -84,14 +85,13 @@ impl System<'_> {
         let matrix = (&*self.sparsity, &self.assembly.matrix[..]);
         self.iterates = true;
         let aggregation = &mut self.aggregation;
-        // On a thread of the pool, which need not be woken for each product.
-        rayon::scope(|_| aggregation.solve_shifted(matrix, &positions, right, tolerance, shifts))
+        on_ready_threads(|| aggregation.solve_shifted(matrix, &positions, right, tolerance, shifts))
     }
 
     /// Solves with the stiffness and the shift of the last [`System::iterate`].
     fn iterate_again(&self, right: &[f64], tolerance: f64) -> Iterated {
         let aggregation = &self.aggregation;
-        rayon::scope(|_| aggregation.solve(right, tolerance, MOST_ITERATIONS))
+        on_ready_threads(|| aggregation.solve(right, tolerance, MOST_ITERATIONS))
     }
 
     /// Overwrites forces with the change of the free displacements by the stiffness that was factorised last. Conjugate gradients leave a residual of

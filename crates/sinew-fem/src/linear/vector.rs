@@ -19,3 +19,13 @@ pub(crate) fn add(to: &mut [f64], factor: f64, from: &[f64]) {
 pub(crate) fn relative(residual: f64, force: f64) -> f64 {
     if residual == 0.0 { 0.0 } else { residual / force }
 }
+
+/// Starts and indices of a compressed structure of successive parts, each given by its indices and the ends of its rows or columns.
+pub(crate) fn compressed<T>(parts: Vec<(Vec<T>, Vec<usize>)>) -> (Vec<usize>, Vec<T>) {
+    let (mut starts, mut indices) = (vec![0], Vec::new());
+    for (mut of_part, ends) in parts {
+        starts.extend(ends.iter().map(|end| indices.len() + end));
+        indices.append(&mut of_part);
+    }
+    (starts, indices)
+}

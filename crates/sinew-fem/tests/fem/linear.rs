@@ -11,7 +11,7 @@ mod krylov;
 #[path = "../../src/linear/vector.rs"]
 mod vector;
 
-pub(crate) use vector::{add, difference, dot, norm, relative};
+pub(crate) use vector::{add, compressed, difference, dot, norm, relative};
 
 mod of_vectors {
     use super::vector::norm;
@@ -137,7 +137,8 @@ mod of_blocks {
             }
         }
         let x: Vec<[f64; 3]> = (0..4).map(|i| [i as f64, 1.0, -2.0]).collect();
-        let mut y = a.multiply(&x);
+        let mut y = vec![[0.0; 2]; 4];
+        a.multiply(&x, &mut y);
         for (y, row) in y.as_flattened().iter().zip(&dense) {
             assert_eq!(*y, sinew_num::dot(row, x.as_flattened()));
         }

@@ -1,7 +1,8 @@
 //! Sparse matrices of small dense blocks.
 
+use crate::linear::compressed;
 use nalgebra::{RealField, SMatrix};
-use sinew_num::{in_parallel, in_tasks};
+use sinew_num::{fill, in_parallel};
 use std::ops::Range;
 
 /// Rows of one task: a fixed division, so that results do not depend on the number of threads.
@@ -31,11 +32,9 @@ impl<T: RealField + Copy, const R: usize, const C: usize> BlockMatrix<T, R, C> {
         self.columns[range.clone()].iter().map(|&c| c as usize).zip(&self.blocks[range])
     }
 
-    /// The matrix times a vector.
-    pub(super) fn multiply(&self, from: &[[T; C]]) -> Vec<[T; R]> {
-        let mut to = vec![[T::zero(); R]; self.height()];
-        self.for_rows(from, &mut to, |to, product| *to = product);
-        to
+    /// `to = self · from`.
+    pub(super) fn multiply(&self, from: &[[T; C]], to: &mut [[T; R]]) {
+        self.for_rows(from, to, |to, product| *to = product);
     }
 
     /// `to −= self · from`.
@@ -44,7 +43,7 @@ impl<T: RealField + Copy, const R: usize, const C: usize> BlockMatrix<T, R, C> {
     }
 
     /// Calls `put` with each row of a vector and of the product with another one.
-    pub(super) fn for_rows(
+    fn for_rows(
         &self,
         from: &[[T; C]],
         to: &mut [[T; R]],
@@ -67,16 +66,19 @@ impl<T: RealField + Copy, const R: usize, const C: usize> BlockMatrix<T, R, C> {
         self.columns.iter().for_each(|&column| starts[column as usize + 1] += 1);
         (0..self.width).for_each(|i| starts[i + 1] += starts[i]);
         let mut next = starts.clone();
-        let mut columns = vec![0; self.columns.len()];
-        let mut blocks = vec![[[T::zero(); R]; C]; self.columns.len()];
+        let (mut columns, mut sources) = (vec![0; self.columns.len()], vec![0; self.columns.len()]);
         for row in 0..self.height() {
-            for (column, block) in self.row(row) {
-                let slot = next[column];
-                next[column] += 1;
-                columns[slot] = row as u32;
-                blocks[slot] = std::array::from_fn(|i| std::array::from_fn(|j| block[j][i]));
+            for source in self.starts[row]..self.starts[row + 1] {
+                let slot = &mut next[self.columns[source] as usize];
+                (columns[*slot], sources[*slot]) = (row as u32, source as u32);
+                *slot += 1;
             }
         }
+        let mut blocks = vec![[[T::zero(); R]; C]; self.columns.len()];
+        fill(&mut blocks, ROWS, |slot| {
+            let block = &self.blocks[sources[slot] as usize];
+            std::array::from_fn(|i| std::array::from_fn(|j| block[j][i]))
+        });
         BlockMatrix { width: self.height(), starts, columns, blocks }
     }
 
@@ -102,15 +104,13 @@ impl<T: RealField + Copy, const R: usize, const C: usize> BlockMatrix<T, R, C> {
             }
             (columns, ends)
         };
-        let (mut starts, mut columns) = (vec![0], Vec::<u32>::new());
-        for (chunk_columns, ends) in in_parallel(self.chunks(), columns_of) {
-            starts.extend(ends.iter().map(|end| columns.len() + end));
-            columns.extend(chunk_columns);
-        }
+        let (starts, columns) = compressed(in_parallel(self.chunks(), columns_of));
         let blocks = vec![[[T::zero(); E]; R]; columns.len()];
         let mut product = BlockMatrix { width: right.width, starts, columns, blocks };
         let tables = || vec![0; right.width];
         product.change_rows(tables, |slots, row, columns, blocks| {
+            // A page of new zeros that is read before it is written is mapped twice, and the second time interrupts all threads.
+            blocks.fill([[T::zero(); E]; R]);
             for (slot, &column) in columns.iter().enumerate() {
                 slots[column as usize] = slot;
             }
@@ -159,7 +159,8 @@ impl<T: RealField + Copy, const R: usize, const C: usize> BlockMatrix<T, R, C> {
 impl<const R: usize, const C: usize> BlockMatrix<f64, R, C> {
     /// The matrix in single precision.
     pub(super) fn rounded(&self) -> BlockMatrix<f32, R, C> {
-        let blocks = in_tasks(self.blocks.len(), ROWS, |block| single(&self.blocks[block]));
+        let mut blocks = vec![[[0.0; C]; R]; self.blocks.len()];
+        fill(&mut blocks, ROWS, |block| single(&self.blocks[block]));
         let (starts, columns) = (self.starts.clone(), self.columns.clone());
         BlockMatrix { width: self.width, starts, columns, blocks }
     }

@@ -4,7 +4,7 @@ use super::blocks::{Block, BlockMatrix, ROWS, add_product, definite_inverse, sin
 use crate::linear::Factor;
 use crate::linear::aggregation::pattern::{MODES, groups, tentative};
 use faer::sparse::Triplet;
-use sinew_num::{in_parallel, in_tasks};
+use sinew_num::{fill, in_parallel, in_tasks};
 
 /// Systems with up to this many block rows are factorised.
 const COARSEST: usize = 600;
@@ -64,19 +64,53 @@ impl Multigrid {
         Some(Self { finest, coarser, coarsest: factor(&coarse.matrix)? })
     }
 
-    /// An approximate solution for a right-hand side.
-    pub(super) fn apply(&self, right: &[[f32; 3]]) -> Vec<[f32; 3]> {
-        self.finest.cycle(right, |right| self.solve_coarser(0, right))
+    /// The vectors of a V-cycle.
+    pub(super) fn vectors(&self) -> Vectors {
+        let coarser = self.coarser.iter().map(|level| level.restriction.height());
+        let heights = [self.finest.restriction.height()].into_iter().chain(coarser);
+        Vectors {
+            finest: LevelVectors::new(self.finest.matrix.height()),
+            coarser: heights.map(LevelVectors::new).collect(),
+        }
     }
 
-    fn solve_coarser(&self, level: usize, right: Vec<[f32; MODES]>) -> Vec<[f32; MODES]> {
+    /// Replaces the solution of the finest level by an approximate one for its residual.
+    pub(super) fn apply(&self, vectors: &mut Vectors) {
+        let Vectors { finest, coarser } = vectors;
+        self.finest.cycle(finest, coarser, |coarser| self.solve_coarser(0, coarser));
+    }
+
+    fn solve_coarser(&self, level: usize, vectors: &mut [LevelVectors<MODES>]) {
+        let Some((own, coarser)) = vectors.split_first_mut() else { return };
         if let Some(system) = self.coarser.get(level) {
-            return system.cycle(&right, |right| self.solve_coarser(level + 1, right));
+            return system.cycle(own, coarser, |rest| self.solve_coarser(level + 1, rest));
         }
-        let mut solution: Vec<f64> = right.as_flattened().iter().map(|&x| x.into()).collect();
+        let mut solution: Vec<f64> =
+            own.residual.as_flattened().iter().map(|&x| x.into()).collect();
         self.coarsest.solve(&mut solution);
-        let (rows, _) = solution.as_chunks::<MODES>();
-        rows.iter().map(|row| row.map(|x| x as f32)).collect()
+        let components = own.solution.as_flattened_mut().iter_mut().zip(solution);
+        components.for_each(|(to, x)| *to = x as f32);
+    }
+}
+
+/// The vectors of a V-cycle: memory that all cycles of a system use.
+pub(super) struct Vectors {
+    pub finest: LevelVectors<3>,
+    coarser: Vec<LevelVectors<MODES>>,
+}
+
+/// The vectors of a level.
+pub(super) struct LevelVectors<const B: usize> {
+    pub solution: Vec<[f32; B]>,
+    /// Right-hand side minus the matrix times the solution, but for the last step.
+    pub residual: Vec<[f32; B]>,
+    step: Vec<[f32; B]>,
+}
+
+impl<const B: usize> LevelVectors<B> {
+    fn new(height: usize) -> Self {
+        let zeros = vec![[0.0; B]; height];
+        Self { solution: zeros.clone(), residual: zeros.clone(), step: zeros }
     }
 }
 
@@ -128,37 +162,39 @@ impl<const B: usize> Level<B> {
         Some((level, Coarse { matrix: coarse, modes }))
     }
 
-    /// A V-cycle from zero; `coarser` solves the coarse system.
+    /// A V-cycle from zero; `solve` solves the coarse system.
     fn cycle(
         &self,
-        right: &[[f32; B]],
-        coarser: impl FnOnce(Vec<[f32; MODES]>) -> Vec<[f32; MODES]>,
-    ) -> Vec<[f32; B]> {
-        let (mut solution, mut residual) = (vec![[0.0; B]; right.len()], right.to_vec());
-        let last = self.smooth(&mut solution, &mut residual);
-        self.matrix.subtract_product(&last, &mut residual);
-        let step = self.prolongation.multiply(&coarser(self.restriction.multiply(&residual)));
-        let rows = solution.chunks_mut(ROWS).zip(step.chunks(ROWS));
+        own: &mut LevelVectors<B>,
+        coarser: &mut [LevelVectors<MODES>],
+        solve: impl FnOnce(&mut [LevelVectors<MODES>]),
+    ) {
+        self.smooth(own, true);
+        self.matrix.subtract_product(&own.step, &mut own.residual);
+        self.restriction.multiply(&own.residual, &mut coarser[0].residual);
+        solve(coarser);
+        self.prolongation.multiply(&coarser[0].solution, &mut own.step);
+        let rows = own.solution.chunks_mut(ROWS).zip(own.step.chunks(ROWS));
         in_parallel(rows, |(to, step)| {
             let components = to.as_flattened_mut().iter_mut().zip(step.as_flattened());
             components.for_each(|(to, step)| *to += step);
         });
-        self.matrix.subtract_product(&step, &mut residual);
-        self.smooth(&mut solution, &mut residual);
-        solution
+        self.matrix.subtract_product(&own.step, &mut own.residual);
+        self.smooth(own, false);
     }
 
     /// Smooths the error by a Chebyshev polynomial of the fourth kind in `D⁻¹ A` (J. Lottes, Numer. Linear
-    /// Algebra Appl. 30, 2023): it needs no smallest eigenvalue. Returns the last step, which the residual does not yet know.
-    fn smooth(&self, solution: &mut [[f32; B]], residual: &mut [[f32; B]]) -> Vec<[f32; B]> {
-        let mut step = vec![[0.0; B]; solution.len()];
+    /// Algebra Appl. 30, 2023): it needs no smallest eigenvalue. The residual does not yet know the last step.
+    fn smooth(&self, vectors: &mut LevelVectors<B>, from_zero: bool) {
+        let LevelVectors { solution, residual, step } = vectors;
         for degree in 1..=SMOOTHING {
             if degree > 1 {
-                self.matrix.subtract_product(&step, residual);
+                self.matrix.subtract_product(step, residual);
             }
             let k = degree as f32;
             let keep = if degree == 1 { 0.0 } else { (2.0 * k - 3.0) / (2.0 * k + 1.0) };
             let gain = (8.0 * k - 4.0) / (2.0 * k + 1.0) / self.largest_eigenvalue;
+            let solution_before = if from_zero && degree == 1 { 0.0 } else { 1.0 };
             let rows = step.chunks_mut(ROWS).zip(solution.chunks_mut(ROWS)).enumerate();
             in_parallel(rows, |(chunk, (step, solution))| {
                 let rows = step.iter_mut().zip(solution).zip(ROWS * chunk..);
@@ -166,12 +202,11 @@ impl<const B: usize> Level<B> {
                     let correction = times(&self.inverse_diagonal[row], &residual[row]);
                     for i in 0..B {
                         step[i] = keep * step[i] + gain * correction[i];
-                        solution[i] += step[i];
+                        solution[i] = solution_before * solution[i] + step[i];
                     }
                 }
             });
         }
-        step
     }
 }
 
@@ -187,12 +222,12 @@ fn largest_eigenvalue<const B: usize>(
     let norm = |vector: &[[f32; B]]| {
         vector.as_flattened().iter().map(|&x| f64::from(x).powi(2)).sum::<f64>().sqrt() as f32
     };
-    let mut eigenvalue = 1.0;
+    let (mut eigenvalue, mut next) = (1.0, vector.clone());
     for _ in 0..POWER_ITERATIONS {
         let scale = 1.0 / norm(&vector);
         vector.as_flattened_mut().iter_mut().for_each(|x| *x *= scale);
-        let next = matrix.multiply(&vector);
-        vector = in_tasks(next.len(), ROWS, |row| times(&inverse_diagonal[row], &next[row]));
+        matrix.multiply(&vector, &mut next);
+        fill(&mut vector, ROWS, |row| times(&inverse_diagonal[row], &next[row]));
         eigenvalue = norm(&vector);
     }
     let widest = matrix.starts.windows(2).map(|pair| pair[1] - pair[0]).max()?;

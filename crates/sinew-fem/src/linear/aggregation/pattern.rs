@@ -2,7 +2,7 @@
 
 use crate::linear::Sparsity;
 use crate::linear::aggregation::blocks::{Block, BlockMatrix};
-use sinew_num::{in_tasks, sub3};
+use sinew_num::{fill, in_tasks, sub3};
 
 /// No slot, or no group.
 const NONE: u32 = u32::MAX;
@@ -47,8 +47,7 @@ impl Pattern {
             }
         }
         let mut block_starts = vec![0];
-        for list in &mut neighbours {
-            list.sort_unstable();
+        for list in &neighbours {
             block_starts.push(block_starts[block_starts.len() - 1] + list.len());
         }
         let find = |row: usize, column: usize| {
@@ -86,20 +85,31 @@ impl Pattern {
         self.component.iter().map(|&slot| blocks[slot as usize]).collect()
     }
 
-    /// The blocks of a matrix over its mean diagonal, plus a shift. Prescribed components of a node are decoupled.
-    pub(super) fn blocks(&self, entries: &[f64], shift: f64, mean: f64) -> BlockMatrix<f64, 3, 3> {
+    /// A matrix for [`Pattern::load`].
+    pub(super) fn empty(&self) -> BlockMatrix<f64, 3, 3> {
+        let blocks = vec![[[0.0; 3]; 3]; self.slots.len()];
+        let (starts, columns) = (self.starts.clone(), self.columns.clone());
+        BlockMatrix { width: self.diagonal.len(), starts, columns, blocks }
+    }
+
+    /// Overwrites the blocks with those of a matrix over its mean diagonal, plus a shift. Prescribed components of a node are decoupled.
+    pub(super) fn load(
+        &self,
+        entries: &[f64],
+        shift: f64,
+        mean: f64,
+        to: &mut BlockMatrix<f64, 3, 3>,
+    ) {
         let value = |slot: u32| if slot == NONE { 0.0 } else { entries[slot as usize] / mean };
-        let block = |slots: &[[u32; 3]; 3]| slots.map(|row| row.map(value));
-        let mut blocks = in_tasks(self.slots.len(), 4096, |slot| block(&self.slots[slot]));
+        let block = |slot: usize| self.slots[slot].map(|row| row.map(value));
+        fill(&mut to.blocks, 4096, block);
         for &block in &self.diagonal {
             let slots = &self.slots[block as usize];
             for i in 0..3 {
                 let decoupled = if slots[i][i] == NONE { 1.0 } else { 0.0 };
-                blocks[block as usize][i][i] += shift + decoupled;
+                to.blocks[block as usize][i][i] += shift + decoupled;
             }
         }
-        let (starts, columns) = (self.starts.clone(), self.columns.clone());
-        BlockMatrix { width: self.diagonal.len(), starts, columns, blocks }
     }
 
     /// Translations, and rotations about the centre in units of the mean distance from it, along the frames of the nodes; zero where a
@@ -197,20 +207,24 @@ pub(super) fn tentative<const B: usize>(
 ) -> (BlockMatrix<f64, B, MODES>, Vec<Block<f64, MODES, MODES>>) {
     let mut members = vec![Vec::new(); count];
     group.iter().enumerate().for_each(|(node, &g)| members[g as usize].push(node));
-    let mut blocks = modes.to_vec();
-    let coarse = members.iter().map(|nodes| orthonormalise(nodes, &mut blocks)).collect();
+    let orthonormal = in_tasks(count, 32, |group| {
+        let mut blocks: Vec<_> = members[group].iter().map(|&node| modes[node]).collect();
+        (orthonormalise(&mut blocks), blocks)
+    });
+    let (mut blocks, mut coarse) = (vec![[[0.0; MODES]; B]; modes.len()], Vec::new());
+    for (nodes, (triangle, of_nodes)) in members.into_iter().zip(orthonormal) {
+        coarse.push(triangle);
+        nodes.into_iter().zip(of_nodes).for_each(|(node, block)| blocks[node] = block);
+    }
     let starts = (0..=group.len()).collect();
     (BlockMatrix { width: count, starts, columns: group.to_vec(), blocks }, coarse)
 }
 
-/// Makes the columns of some nodes' blocks orthonormal (Gram–Schmidt, twice for accuracy); returns the
+/// Makes the columns of blocks orthonormal (Gram–Schmidt, twice for accuracy); returns the
 /// triangle that restores them. Dependent columns become zero.
-fn orthonormalise<const B: usize>(
-    nodes: &[usize],
-    blocks: &mut [Block<f64, B, MODES>],
-) -> Block<f64, MODES, MODES> {
+fn orthonormalise<const B: usize>(blocks: &mut [Block<f64, B, MODES>]) -> Block<f64, MODES, MODES> {
     let product = |blocks: &[Block<f64, B, MODES>], a: usize, b: usize| -> f64 {
-        nodes.iter().flat_map(|&n| &blocks[n]).map(|row| row[a] * row[b]).sum()
+        blocks.iter().flatten().map(|row| row[a] * row[b]).sum()
     };
     let mut triangle = [[0.0; MODES]; MODES];
     for column in 0..MODES {
@@ -219,17 +233,14 @@ fn orthonormalise<const B: usize>(
             for other in 0..column {
                 let along = product(blocks, other, column);
                 triangle[other][column] += along;
-                for &node in nodes {
-                    blocks[node].iter_mut().for_each(|row| row[column] -= along * row[other]);
-                }
+                let rows = blocks.as_flattened_mut().iter_mut();
+                rows.for_each(|row| row[column] -= along * row[other]);
             }
         }
         let length = product(blocks, column, column).sqrt();
         let scale = if length > DEPENDENT * before { 1.0 / length } else { 0.0 };
         triangle[column][column] = if scale > 0.0 { length } else { 0.0 };
-        for &node in nodes {
-            blocks[node].iter_mut().for_each(|row| row[column] *= scale);
-        }
+        blocks.as_flattened_mut().iter_mut().for_each(|row| row[column] *= scale);
     }
     triangle
 }
