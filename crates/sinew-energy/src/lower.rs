@@ -10,6 +10,7 @@ use crate::patches::patches;
 use crate::{Body, BodyArrays, Load, Magnitude, PressureField, Sampling, Scene, SceneError};
 use geometry::{check_overlaps, places, shape_functions};
 use sinew_mesh::{Facet, Mesh, QuadraturePoint, boundary_facets, with_cells};
+use std::cell::OnceCell;
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
@@ -48,6 +49,7 @@ struct Setup<'a, const N: usize> {
     scene: &'a Scene,
     mesh: &'a Mesh<N>,
     rule: &'static [QuadraturePoint],
+    boundary: OnceCell<Vec<Facet>>,
 }
 
 /// The rule that a scene is integrated with.
@@ -60,7 +62,7 @@ fn own_rule<const N: usize>(scene: &Scene) -> &'static [QuadraturePoint] {
 
 /// The body under the scene's quadrature rule.
 fn lowered<const N: usize>(scene: &Scene, mesh: &Mesh<N>) -> Result<Body, SceneError> {
-    let setup = Setup { scene, mesh, rule: own_rule::<N>(scene) };
+    let setup = Setup { scene, mesh, rule: own_rule::<N>(scene), boundary: OnceCell::new() };
     let (rule, law, points) = (setup.rule, scene.material.law(), &mesh.points);
     setup.check_elements()?;
     mesh.check()?;
@@ -251,15 +253,20 @@ impl<const N: usize> Setup<'_, N> {
         if loaded.is_empty() {
             return Ok(());
         }
-        let boundary: HashSet<_> = boundary_facets(self.mesh).into_iter().collect();
+        let inner = |facet: &&Facet| self.boundary().binary_search(facet).is_err();
         for (name, facets) in loaded {
-            if let Some(&Facet { cell, opposite }) = facets.iter().find(|f| !boundary.contains(f)) {
+            if let Some(&Facet { cell, opposite }) = facets.iter().find(inner) {
                 return Err(SceneError::Loads(format!(
                     "facet set `{name}` names the facet of cell {cell} opposite to its vertex {opposite}, which lies inside the body; loads act on its surface: leave inner facets out"
                 )));
             }
         }
         Ok(())
+    }
+
+    /// The facets of the surface, ascending.
+    fn boundary(&self) -> &[Facet] {
+        self.boundary.get_or_init(|| boundary_facets(self.mesh))
     }
 
     fn facets(&self, name: &str) -> Result<&[Facet], SceneError> {

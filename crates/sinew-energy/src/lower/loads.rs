@@ -7,7 +7,7 @@ use crate::rim::rim_origin;
 use crate::{
     FacetRule, Load, PressedLid, PressureSurface, ReferenceLoads, ReferenceSurface, SceneError,
 };
-use sinew_mesh::{Mesh, boundary_facets, extents};
+use sinew_mesh::{Mesh, extents};
 use sinew_num::sub3;
 use std::collections::{HashMap, HashSet};
 
@@ -109,7 +109,7 @@ impl<const N: usize> Setup<'_, N> {
         let (own, nodes): (HashSet<_>, HashSet<_>) =
             (own.iter().collect(), facets.iter().flatten().copied().collect());
         let mut beyond = HashMap::new();
-        for facet in boundary_facets(self.mesh).iter().filter(|facet| !own.contains(facet)) {
+        for facet in self.boundary().iter().filter(|facet| !own.contains(facet)) {
             let other: Vec<_> = self.mesh.nodes_of_facet(*facet).take(corners).collect();
             let edges = (0..corners).map(|k| sorted([other[k], other[(k + 1) % corners]]));
             for edge in edges.filter(|edge| edge.iter().all(|node| nodes.contains(node))) {
