@@ -7,33 +7,6 @@ const TOO_LARGE: f64 = 2.0;
 /// Median of the absolute value of a standard normal variable.
 const MEDIAN: f64 = 0.674_489_750_196_082;
 
-/// Misfits over the stated noise, by their median: about 1 where it is right, and hardly more for one datum that is wrong.
-pub(crate) fn over_noise(misfits: &[f64]) -> f64 {
-    quantile(&misfits.iter().map(|misfit| misfit.abs()).collect::<Vec<_>>(), 0.5) / MEDIAN
-}
-
-/// Sentence about misfits \[standard deviations\] that are too large for the stated noise; `None` where they are not.
-pub fn noise_in_words(misfits: &[f64]) -> Option<String> {
-    too_large(over_noise(misfits))
-}
-
-fn too_large(times: f64) -> Option<String> {
-    (times > TOO_LARGE).then(|| {
-        format!("the misfits are {times:.1} times the stated noise: the standard deviations are too small, or the model is wrong")
-    })
-}
-
-fn cause(reached: &Correction) -> String {
-    too_large(reached.over_noise).unwrap_or_else(|| {
-        format!(
-            "allow more rounds or design points, narrow the ranges, or see whether the standard deviation of {} is too small",
-            reached.worst_datum
-        )
-    })
-}
-
-pub(crate) type Result<T, E = CalibrateError> = std::result::Result<T, E>;
-
 /// Reason why there is no posterior, with what was reached.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
@@ -65,6 +38,8 @@ pub enum CalibrateError {
     Sample(#[from] sinew_sample::SampleError),
 }
 
+pub(crate) type Result<T, E = CalibrateError> = std::result::Result<T, E>;
+
 /// Distance of the emulator's posterior from the solver's, and course of the correction.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Correction {
@@ -90,4 +65,29 @@ pub struct Correction {
     pub failed: usize,
     /// Wall time \[s\].
     pub seconds: f64,
+}
+
+/// Misfits over the stated noise, by their median: about 1 where it is right, and hardly more for one datum that is wrong.
+pub(crate) fn over_noise(misfits: &[f64]) -> f64 {
+    quantile(&misfits.iter().map(|misfit| misfit.abs()).collect::<Vec<_>>(), 0.5) / MEDIAN
+}
+
+/// Sentence about misfits \[standard deviations\] that are too large for the stated noise; `None` where they are not.
+pub fn noise_in_words(misfits: &[f64]) -> Option<String> {
+    too_large(over_noise(misfits))
+}
+
+fn too_large(times: f64) -> Option<String> {
+    (times > TOO_LARGE).then(|| {
+        format!("the misfits are {times:.1} times the stated noise: the standard deviations are too small, or the model is wrong")
+    })
+}
+
+fn cause(reached: &Correction) -> String {
+    too_large(reached.over_noise).unwrap_or_else(|| {
+        format!(
+            "allow more rounds or design points, narrow the ranges, or see whether the standard deviation of {} is too small",
+            reached.worst_datum
+        )
+    })
 }

@@ -154,12 +154,6 @@ impl WallCoordinates {
     }
 }
 
-/// Sector of an angle \[degrees\] among some of equal width.
-fn sector(angle: f64, sectors: usize) -> usize {
-    let at = angle.rem_euclid(360.0) / 360.0 * sectors as f64;
-    (at as usize).min(sectors.saturating_sub(1))
-}
-
 /// Segments of a mesh: each cell belongs to one or to none.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segments {
@@ -234,4 +228,10 @@ impl Segments {
         let cells = 0..self.of_cell.len();
         Ok(cells.filter(|&cell| self.of_cell[cell] == Some(segment)).collect())
     }
+}
+
+/// Sector of an angle \[degrees\] among some of equal width.
+fn sector(angle: f64, sectors: usize) -> usize {
+    let at = angle.rem_euclid(360.0) / 360.0 * sectors as f64;
+    (at as usize).min(sectors.saturating_sub(1))
 }

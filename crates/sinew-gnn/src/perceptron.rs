@@ -142,18 +142,6 @@ impl Perceptron {
     }
 }
 
-/// Derivative of an activation, from its value.
-fn slope_of_active(active: Tensor<2>, activation: Activation) -> Tensor<2> {
-    match activation {
-        Activation::Tanh => 1.0 - active.clone() * active,
-        Activation::Celu => active.clamp_max(0.0) + 1.0,
-    }
-}
-
-fn layers(source: &mut Initialiser<'_>, sizes: &[usize]) -> Vec<Affine> {
-    sizes.windows(2).map(|pair| Affine::new(source, pair[0], pair[1])).collect()
-}
-
 /// Standard deviation of a unit normal truncated to [−2, 2].
 const TRUNCATED_DEVIATION: f64 = 0.879_625_661_034_239_8;
 
@@ -208,4 +196,16 @@ impl<'a> Initialiser<'a> {
             }
         }
     }
+}
+
+/// Derivative of an activation, from its value.
+fn slope_of_active(active: Tensor<2>, activation: Activation) -> Tensor<2> {
+    match activation {
+        Activation::Tanh => 1.0 - active.clone() * active,
+        Activation::Celu => active.clamp_max(0.0) + 1.0,
+    }
+}
+
+fn layers(source: &mut Initialiser<'_>, sizes: &[usize]) -> Vec<Affine> {
+    sizes.windows(2).map(|pair| Affine::new(source, pair[0], pair[1])).collect()
 }

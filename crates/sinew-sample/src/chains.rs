@@ -127,6 +127,42 @@ pub fn ess_tail(chains: &[Vec<f64>]) -> f64 {
     of(TAILS[0]).min(of(TAILS[1]))
 }
 
+/// Quantile at a share in 0..=1 with linear interpolation between order statistics (type 7 of Hyndman and Fan 1996);
+/// NaN of an empty list.
+///
+/// ```
+/// assert_eq!(sinew_sample::quantile(&[4.0, 1.0, 2.0, 3.0], 0.25), 1.75);
+/// ```
+pub fn quantile(values: &[f64], share: f64) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    quantile_of_sorted(&sorted, share)
+}
+
+/// [`quantile`] of ascending values.
+pub(crate) fn quantile_of_sorted(sorted: &[f64], share: f64) -> f64 {
+    let count = sorted.len();
+    if count < 2 {
+        return sorted.first().copied().unwrap_or(f64::NAN);
+    }
+    // The operations of scipy's `mquantiles`, so that ties round alike.
+    let position = count as f64 * share + (1.0 - share);
+    let below = position.clamp(1.0, (count - 1) as f64).floor();
+    let part = (position - below).clamp(0.0, 1.0);
+    let at = below as usize;
+    (1.0 - part) * sorted[at - 1] + part * sorted[at]
+}
+
+pub(crate) fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Variance with n − 1.
+pub(crate) fn variance(values: &[f64]) -> f64 {
+    let mean = mean(values);
+    values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0)
+}
+
 fn usable(chains: &[Vec<f64>]) -> bool {
     let Some(first) = chains.first() else { return false };
     first.len() >= FEWEST_DRAWS
@@ -157,16 +193,6 @@ fn normal_scores(chains: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let ranks = Data::new(all).ranks(RankTieBreaker::Average);
     let scores: Vec<f64> = ranks.into_iter().map(score).collect();
     scores.chunks(length).map(<[f64]>::to_vec).collect()
-}
-
-pub(crate) fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
-/// Variance with n − 1.
-pub(crate) fn variance(values: &[f64]) -> f64 {
-    let mean = mean(values);
-    values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0)
 }
 
 /// Means of the chains.
@@ -231,30 +257,4 @@ fn correlation_time(chains: &[Vec<f64>]) -> f64 {
         }
     }
     2.0 * found[..kept].iter().sum::<f64>() + found[kept] - 1.0
-}
-
-/// Quantile at a share in 0..=1 with linear interpolation between order statistics (type 7 of Hyndman and Fan 1996);
-/// NaN of an empty list.
-///
-/// ```
-/// assert_eq!(sinew_sample::quantile(&[4.0, 1.0, 2.0, 3.0], 0.25), 1.75);
-/// ```
-pub fn quantile(values: &[f64], share: f64) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    quantile_of_sorted(&sorted, share)
-}
-
-/// [`quantile`] of ascending values.
-pub(crate) fn quantile_of_sorted(sorted: &[f64], share: f64) -> f64 {
-    let count = sorted.len();
-    if count < 2 {
-        return sorted.first().copied().unwrap_or(f64::NAN);
-    }
-    // The operations of scipy's `mquantiles`, so that ties round alike.
-    let position = count as f64 * share + (1.0 - share);
-    let below = position.clamp(1.0, (count - 1) as f64).floor();
-    let part = (position - below).clamp(0.0, 1.0);
-    let at = below as usize;
-    (1.0 - part) * sorted[at - 1] + part * sorted[at]
 }
