@@ -17,12 +17,6 @@ use crate::{
 use sinew_sample::quantile;
 use std::sync::Arc;
 
-/// A positive number, with bounds and starts in units of `unit`.
-fn positive(name: String, unit: f64, ends: [[f64; 2]; 2], hyperprior: Hyperprior) -> FreeParameter {
-    let [bounds, start] = ends.map(|ends| ends.map(|end| end * unit));
-    FreeParameter { name, logarithmic: true, bounds, start, hyperprior }
-}
-
 /// Derivatives that each part takes for each pair of legs.
 type Plans<const D: usize> = Arc<Vec<Vec<PairPlan<D>>>>;
 
@@ -343,6 +337,12 @@ const WEIGHT: [f64; 2] = [1e-12, 10.0];
 /// Points that an equation everywhere begins with, for each dimension, and the seed of their places.
 pub(crate) const FIRST_POINTS: usize = 15;
 pub(crate) const POINTS_SEED: u64 = 0x5eed;
+
+/// A positive number, with bounds and starts in units of `unit`.
+fn positive(name: String, unit: f64, ends: [[f64; 2]; 2], hyperprior: Hyperprior) -> FreeParameter {
+    let [bounds, start] = ends.map(|ends| ends.map(|end| end * unit));
+    FreeParameter { name, logarithmic: true, bounds, start, hyperprior }
+}
 
 /// A name that no other parameter has: in a sum of like kernels hyperparameters are numbered.
 fn distinct(name: String, taken: &[FreeParameter]) -> String {

@@ -19,6 +19,41 @@ const PROPOSALS: usize = 2;
 /// Degrees of freedom of the proposals: tails heavier than any that the posterior is likely to have.
 const FREEDOM: usize = 5;
 
+/// Factor of the covariance that proposals move to: that of weights whose tail is smoothed is too small.
+const INFLATION: f64 = 1.3;
+/// Ratio of variances of draws to those of their proposals up to which proposals stay unchanged.
+const ALIKE: f64 = 1.6;
+/// Share of the covariance of proposals that is kept.
+pub(crate) const LEAST: f64 = 1e-4;
+/// Times that proposals are moved at most.
+const ROUNDS: usize = 3;
+
+/// Chains.
+const CHAINS: usize = 4;
+/// R̂ up to which chains agree; 1.01 takes more draws than an ensemble has (Vehtari et al. 2021).
+const MIXED: f64 = 1.05;
+/// Effective draws of bulk and tails, in units of the draws kept, from which on these suffice.
+const EFFECTIVE: f64 = 0.33;
+/// Times that chains are drawn anew at most, twice as long.
+const CHAIN_ROUNDS: u64 = 1;
+
+/// Options of the sampling of parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NutsOptions {
+    /// Steps of each of four chains to find a step size, not kept.
+    pub warmup: usize,
+    /// Draws kept, a quarter of them of each chain.
+    pub draws: usize,
+    /// Seed.
+    pub seed: u64,
+}
+
+impl Default for NutsOptions {
+    fn default() -> Self {
+        Self { warmup: 100, draws: 300, seed: 0 }
+    }
+}
+
 /// Draws parameters by importance: proposals from Student's t distribution with the curvature at the maximum of the
 /// posterior (Laplace's approximation, with heavier tails; wider where the density falls more slowly than that), of which `draws`
 /// are kept with the weight that the posterior has there over the proposals' (Kass & Raftery 1995, §4.2; weights
@@ -40,6 +75,16 @@ pub fn laplace<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<
 /// As these two.
 pub fn ensemble<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ensemble<D>> {
     instance!(D, Fit::weighed, Weighed<D>)(fit, draws, seed, false)
+}
+
+/// Draws parameters from their posterior in four chains, which start about its maximum. Chains that do not agree, or of too few
+/// effective draws, are drawn anew with the covariance of what they found, twice as long.
+///
+/// # Errors
+/// If the evidence cannot be evaluated at the fit.
+#[doc(alias("MCMC", "HMC"))]
+pub fn nuts<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensemble<D>> {
+    instance!(D, Fit::chained, fn(&Fit<D>, &NutsOptions) -> Result<Ensemble<D>>)(fit, options)
 }
 
 type Weighed<const D: usize> = fn(&Fit<D>, usize, u64, bool) -> Result<Ensemble<D>>;
@@ -80,16 +125,14 @@ impl<const D: usize> Fit<D> {
         }
         unreachable!("the last round returns")
     }
-}
 
-/// Factor of the covariance that proposals move to: that of weights whose tail is smoothed is too small.
-const INFLATION: f64 = 1.3;
-/// Ratio of variances of draws to those of their proposals up to which proposals stay unchanged.
-const ALIKE: f64 = 1.6;
-/// Share of the covariance of proposals that is kept.
-pub(crate) const LEAST: f64 = 1e-4;
-/// Times that proposals are moved at most.
-const ROUNDS: usize = 3;
+    fn chained(&self, options: &NutsOptions) -> Result<Ensemble<D>> {
+        let model = self.model();
+        let count = model.parameters().len();
+        let (space, about) = Space::new(model, &self.outcome().parameters, count)?;
+        sampled(self, &space, about, options)
+    }
+}
 
 /// A variate of the multivariate t distribution about a mode and the logarithm of its density, up to a constant.
 fn propose(about: &Laplace, random: &mut ChaCha8Rng) -> (Vec<f64>, f64) {
@@ -138,51 +181,6 @@ fn resample(weights: &[f64], count: usize, uniform: f64) -> Vec<usize> {
         }
     }
     chosen
-}
-
-/// Options of the sampling of parameters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NutsOptions {
-    /// Steps of each of four chains to find a step size, not kept.
-    pub warmup: usize,
-    /// Draws kept, a quarter of them of each chain.
-    pub draws: usize,
-    /// Seed.
-    pub seed: u64,
-}
-
-impl Default for NutsOptions {
-    fn default() -> Self {
-        Self { warmup: 100, draws: 300, seed: 0 }
-    }
-}
-
-/// Chains.
-const CHAINS: usize = 4;
-/// R̂ up to which chains agree; 1.01 takes more draws than an ensemble has (Vehtari et al. 2021).
-const MIXED: f64 = 1.05;
-/// Effective draws of bulk and tails, in units of the draws kept, from which on these suffice.
-const EFFECTIVE: f64 = 0.33;
-/// Times that chains are drawn anew at most, twice as long.
-const CHAIN_ROUNDS: u64 = 1;
-
-/// Draws parameters from their posterior in four chains, which start about its maximum. Chains that do not agree, or of too few
-/// effective draws, are drawn anew with the covariance of what they found, twice as long.
-///
-/// # Errors
-/// If the evidence cannot be evaluated at the fit.
-#[doc(alias("MCMC", "HMC"))]
-pub fn nuts<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensemble<D>> {
-    instance!(D, Fit::chained, fn(&Fit<D>, &NutsOptions) -> Result<Ensemble<D>>)(fit, options)
-}
-
-impl<const D: usize> Fit<D> {
-    fn chained(&self, options: &NutsOptions) -> Result<Ensemble<D>> {
-        let model = self.model();
-        let count = model.parameters().len();
-        let (space, about) = Space::new(model, &self.outcome().parameters, count)?;
-        sampled(self, &space, about, options)
-    }
 }
 
 /// [`nuts`] in a space, with chains that start about a mode.
