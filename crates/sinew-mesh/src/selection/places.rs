@@ -144,11 +144,9 @@ impl<'m> Places<'m> {
             Rule::Box { least, most } => {
                 let [low, high] = [finite(least)?, finite(most)?];
                 if let Some(axis) = (0..3).find(|&axis| least[axis] > most[axis]) {
+                    let (axis, from, to) = (["x", "y", "z"][axis], least[axis], most[axis]);
                     return Err(SelectionError(format!(
-                        "along {} the box goes from {} to {}; give the smaller corner first",
-                        ["x", "y", "z"][axis],
-                        least[axis],
-                        most[axis]
+                        "along {axis} the box goes from {from} to {to}; give the smaller corner first"
                     )));
                 }
                 each(&|x| (x - x.sup(&low).inf(&high)).norm())
