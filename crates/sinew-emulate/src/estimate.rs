@@ -64,10 +64,8 @@ impl Estimate {
                 Warning::NotNearEquilibrium { reason } => Some(reason.clone()),
                 _ => None,
             };
-            return format!(
-                "no error estimate: {}",
-                self.warnings.iter().find_map(reason).unwrap_or_default()
-            );
+            let reason = self.warnings.iter().find_map(reason).unwrap_or_default();
+            return format!("no error estimate: {reason}");
         };
         let percent = 100.0 * relative;
         format!(

@@ -16,6 +16,14 @@ pub(crate) const BATCH: usize = 200;
 /// Cold solves behind the solver's time.
 const COLD_SOLVES: usize = 5;
 
+/// Least denominator of a sensitivity error: this share of the displacement over the parameter's range.
+const LEAST_MOTION: f64 = 1e-3;
+/// Cases behind a median.
+const CASES: usize = 10;
+
+/// Quasi-Newton steps of the stage between predictions and Newton steps.
+const QUASI_NEWTON: usize = 4;
+
 /// Errors and costs of an emulator on test cases, from [`Emulator::evaluate`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
@@ -68,6 +76,19 @@ pub struct Times {
     pub solver_cold_s: f64,
     /// One solve in a sweep, from a neighbour's solution.
     pub solver_warm_s: f64,
+}
+
+/// Time per parameter set and error of predictions, as they are or after steps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Stage {
+    /// Steps, in words; empty for predictions as they are.
+    pub name: String,
+    /// Wall time before the first set \[s\].
+    pub once_s: f64,
+    /// Wall time of a set on one thread, beyond its prediction \[s\].
+    pub each_s: f64,
+    /// Mean nodal error relative to the mean nodal displacement, case by case.
+    pub errors: Vec<f64>,
 }
 
 impl Emulator<'_> {
@@ -140,14 +161,7 @@ impl Emulator<'_> {
             solver_warm_s: test.median_solve_s,
         })
     }
-}
 
-/// Least denominator of a sensitivity error: this share of the displacement over the parameter's range.
-const LEAST_MOTION: f64 = 1e-3;
-/// Cases behind a median.
-const CASES: usize = 10;
-
-impl Emulator<'_> {
     /// `∂û/∂θ` at θ: for every parameter a field, node by node [length per unit of the parameter]. Exact for a network, in
     /// forward mode through its decoders; by central differences for a regression.
     ///
@@ -197,47 +211,6 @@ impl Calibration {
             within_two: within as f64 / estimated.max(1) as f64,
         }
     }
-}
-
-/// True error over its estimate, in the energy norm and in the mean nodal distance; without an estimate, whether the prediction inverts a
-/// cell.
-type Judged = std::result::Result<[f64; 2], bool>;
-
-/// True errors over their estimates, case by case.
-fn ratios(emulator: &Emulator<'_>, test: &TestSet<'_>, fields: &[Vec<f64>]) -> Result<Vec<Judged>> {
-    /// Rounding errors of a solve \[relative to displacements\]: a prediction that is as exact has no error to compare.
-    const ROUNDING: f64 = 1e-12;
-    let judge = |(case, field): (usize, &Vec<f64>)| -> Result<Judged> {
-        let (theta, truth) = (&test.thetas[case], &test.fields[case]);
-        let estimate = emulator.estimate_of(field, theta)?;
-        let Some(distance) = estimate.distance else {
-            return Ok(Err(estimate.residual.is_none()));
-        };
-        let apart = difference(field, truth);
-        if norm(&apart) <= ROUNDING * norm(truth) {
-            return Ok(Ok([1.0; 2]));
-        }
-        let in_energy = emulator.solvers.with(|solver| solver.energy_norm(truth, theta, &apart))?;
-        let [mean, _] = mean_and_largest(&apart);
-        Ok(Ok([share(in_energy, distance.energy_norm), share(mean, distance.mean)]))
-    };
-    try_in_parallel(fields.iter().enumerate(), judge)
-}
-
-/// Quasi-Newton steps of the stage between predictions and Newton steps.
-const QUASI_NEWTON: usize = 4;
-
-/// Time per parameter set and error of predictions, as they are or after steps.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Stage {
-    /// Steps, in words; empty for predictions as they are.
-    pub name: String,
-    /// Wall time before the first set \[s\].
-    pub once_s: f64,
-    /// Wall time of a set on one thread, beyond its prediction \[s\].
-    pub each_s: f64,
-    /// Mean nodal error relative to the mean nodal displacement, case by case.
-    pub errors: Vec<f64>,
 }
 
 impl Stage {
@@ -314,4 +287,29 @@ impl Times {
             _ => self.solver_cold_s + (sets - 1) as f64 * self.solver_warm_s,
         }
     }
+}
+
+/// True error over its estimate, in the energy norm and in the mean nodal distance; without an estimate, whether the prediction inverts a
+/// cell.
+type Judged = std::result::Result<[f64; 2], bool>;
+
+/// True errors over their estimates, case by case.
+fn ratios(emulator: &Emulator<'_>, test: &TestSet<'_>, fields: &[Vec<f64>]) -> Result<Vec<Judged>> {
+    /// Rounding errors of a solve \[relative to displacements\]: a prediction that is as exact has no error to compare.
+    const ROUNDING: f64 = 1e-12;
+    let judge = |(case, field): (usize, &Vec<f64>)| -> Result<Judged> {
+        let (theta, truth) = (&test.thetas[case], &test.fields[case]);
+        let estimate = emulator.estimate_of(field, theta)?;
+        let Some(distance) = estimate.distance else {
+            return Ok(Err(estimate.residual.is_none()));
+        };
+        let apart = difference(field, truth);
+        if norm(&apart) <= ROUNDING * norm(truth) {
+            return Ok(Ok([1.0; 2]));
+        }
+        let in_energy = emulator.solvers.with(|solver| solver.energy_norm(truth, theta, &apart))?;
+        let [mean, _] = mean_and_largest(&apart);
+        Ok(Ok([share(in_energy, distance.energy_norm), share(mean, distance.mean)]))
+    };
+    try_in_parallel(fields.iter().enumerate(), judge)
 }

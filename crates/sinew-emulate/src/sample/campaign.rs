@@ -22,6 +22,29 @@ pub struct Shard {
     of: usize,
 }
 
+/// State of a shard.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ShardState {
+    /// Solved and sealed, with the number of samples without equilibrium.
+    Done {
+        /// Samples without equilibrium.
+        failed: usize,
+    },
+    /// Begun, with the samples that are stored.
+    Begun {
+        /// Samples that are solved or have no equilibrium.
+        tried: usize,
+        /// Samples without equilibrium.
+        failed: usize,
+        /// Time since something was stored, which a running process does every ten seconds or after the solve under way.
+        since: Duration,
+    },
+    /// A file, by its name, changed since the shard was sealed.
+    Damaged(String),
+    /// No file is stored.
+    Missing,
+}
+
 impl Shard {
     /// Shard `index`, from 1, of `of`; `None` where there is no such one.
     pub fn new(index: usize, of: usize) -> Option<Self> {
@@ -66,159 +89,7 @@ impl Shard {
             (None, None) => ShardState::Missing,
         })
     }
-}
 
-/// State of a shard.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum ShardState {
-    /// Solved and sealed, with the number of samples without equilibrium.
-    Done {
-        /// Samples without equilibrium.
-        failed: usize,
-    },
-    /// Begun, with the samples that are stored.
-    Begun {
-        /// Samples that are solved or have no equilibrium.
-        tried: usize,
-        /// Samples without equilibrium.
-        failed: usize,
-        /// Time since something was stored, which a running process does every ten seconds or after the solve under way.
-        since: Duration,
-    },
-    /// A file, by its name, changed since the shard was sealed.
-    Damaged(String),
-    /// No file is stored.
-    Missing,
-}
-
-/// Numbers of a log of simulations.
-#[derive(Deserialize)]
-struct Counts {
-    tried: usize,
-    failures: Vec<IgnoredAny>,
-}
-
-impl std::fmt::Display for Shard {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}/{}", self.index, self.of)
-    }
-}
-
-/// Written when a shard is done, with a checksum of every file of it.
-#[derive(PartialEq, Serialize, Deserialize)]
-struct Seal {
-    shard: Shard,
-    samples: usize,
-    /// CRC-32 of each file, by name.
-    checksums: Vec<(String, u32)>,
-}
-
-const SEAL: &str = "done.json";
-
-/// Solves the samples of one shard in a folder of its own within `folder`; what a killed shard has solved is kept.
-///
-/// # Errors
-/// As [`simulate`].
-pub fn simulate_shard(
-    body: &Body,
-    thetas: &[Vec<f64>],
-    shard: Shard,
-    folder: &Path,
-    observer: &mut dyn Observer,
-) -> Result<Simulations> {
-    let own = shard.folder(folder);
-    let thetas = &thetas[shard.samples(thetas.len())];
-    if read_json::<Seal>(&own.join(SEAL))?.is_some_and(|seal| damaged(&seal, &own).is_some()) {
-        // A shard whose files changed is solved again.
-        std::fs::remove_dir_all(&own).map_err(at(&own))?;
-    }
-    let stage = format!("solve shard {shard}");
-    let found = simulate(body, thetas, &stage, Some(&own), observer)?;
-    let seal = Seal { shard, samples: thetas.len(), checksums: sums(&own)? };
-    write_json(&own.join(SEAL), &seal)?;
-    Ok(found)
-}
-
-/// Puts the shards of `folder` together, in the order of `thetas`. Merging again gives the same; afterwards [`simulate`] with this
-/// folder has nothing left to solve.
-///
-/// # Errors
-/// Shards that are missing, not done or damaged, all of them by number; samples of other parameters or of another body.
-pub fn merge(body: &Body, thetas: &[Vec<f64>], of: usize, folder: &Path) -> Result<Simulations> {
-    let (mut merged, identity) = (Simulations::default(), identity::of(body));
-    let (mut missing, mut tried) = (Vec::new(), 0);
-    for shard in (1..=of).filter_map(|index| Shard::new(index, of)) {
-        let own = shard.folder(folder);
-        let samples = &thetas[shard.samples(thetas.len())];
-        let Some(seal) = read_json::<Seal>(&own.join(SEAL))? else {
-            missing.push(shard.to_string());
-            continue;
-        };
-        let same = seal.shard == shard && seal.samples == samples.len();
-        ensure(same, Error::OtherSamples { folder: own.clone() })?;
-        if let Some(name) = damaged(&seal, &own) {
-            missing.push(format!("{shard} ({name} changed since it was solved)"));
-            continue;
-        }
-        if !samples.is_empty() {
-            let (tried, found) = stored(&own, &identity, samples)?;
-            ensure(tried == samples.len(), Error::OtherSamples { folder: own })?;
-            merged.extend(found);
-        }
-        tried += samples.len();
-    }
-    require_usable(missing.is_empty() && of > 0, || {
-        format!(
-            "{} lacks the shards {}; solve them, then merge",
-            folder.display(),
-            missing.join(", ")
-        )
-    })?;
-    store(folder, &identity, tried, &merged)?;
-    Ok(merged)
-}
-
-/// The first file that is not as it was sealed.
-fn damaged(seal: &Seal, folder: &Path) -> Option<String> {
-    let found = sums(folder).unwrap_or_default();
-    let changed = seal.checksums.iter().find(|pair| !found.contains(pair));
-    changed.map(|(name, _)| name.clone())
-}
-
-fn sums(folder: &Path) -> Result<Vec<(String, u32)>> {
-    let files = STORED.into_iter().filter(|name| folder.join(name).exists());
-    Ok(checksums(folder, files.map(String::from))?.into_iter().collect())
-}
-
-/// Environment variables of a scheduler.
-struct Scheduler {
-    name: &'static str,
-    task: &'static str,
-    /// First and last task of the array, and the step between two, where the scheduler tells.
-    array: Option<[&'static str; 3]>,
-    /// Number of tasks, where the scheduler tells.
-    count: Option<&'static str>,
-}
-
-const SCHEDULERS: [Scheduler; 5] = [
-    Scheduler {
-        name: "Slurm",
-        task: "SLURM_ARRAY_TASK_ID",
-        array: Some(["SLURM_ARRAY_TASK_MIN", "SLURM_ARRAY_TASK_MAX", "SLURM_ARRAY_TASK_STEP"]),
-        count: Some("SLURM_ARRAY_TASK_COUNT"),
-    },
-    Scheduler {
-        name: "Grid Engine",
-        task: "SGE_TASK_ID",
-        array: Some(["SGE_TASK_FIRST", "SGE_TASK_LAST", "SGE_TASK_STEPSIZE"]),
-        count: None,
-    },
-    Scheduler { name: "PBS", task: "PBS_ARRAY_INDEX", array: None, count: None },
-    Scheduler { name: "Torque", task: "PBS_ARRAYID", array: None, count: None },
-    Scheduler { name: "LSF", task: "LSB_JOBINDEX", array: None, count: None },
-];
-
-impl Shard {
     /// Shard by its name: `3/16`; `auto` for the task of the job array that this process is; or `auto:0-15`, which also says the first and
     /// the last task of the whole array. That is needed where the scheduler does not tell, as PBS, and where some tasks are submitted again.
     /// `variable` reads the environment.
@@ -278,13 +149,10 @@ impl Shard {
     }
 }
 
-/// First and last task as the command line gives them.
-fn given(text: &str, range: &str) -> Result<[usize; 3], String> {
-    let ends = range.split_once('-').and_then(|(a, b)| Some([a.parse().ok()?, b.parse().ok()?]));
-    let [first, last] = ends.ok_or_else(|| {
-        format!("`{text}` is not a shard; write auto:FIRST-LAST, such as auto:1-16")
-    })?;
-    Ok([first, last, 1])
+impl std::fmt::Display for Shard {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}/{}", self.index, self.of)
+    }
 }
 
 impl FromStr for Shard {
@@ -304,4 +172,131 @@ impl FromStr for Shard {
             format!("`{text}` is not a shard; write INDEX/COUNT counted from 1, such as 3/16")
         })
     }
+}
+
+/// Solves the samples of one shard in a folder of its own within `folder`; what a killed shard has solved is kept.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn simulate_shard(
+    body: &Body,
+    thetas: &[Vec<f64>],
+    shard: Shard,
+    folder: &Path,
+    observer: &mut dyn Observer,
+) -> Result<Simulations> {
+    let own = shard.folder(folder);
+    let thetas = &thetas[shard.samples(thetas.len())];
+    if read_json::<Seal>(&own.join(SEAL))?.is_some_and(|seal| damaged(&seal, &own).is_some()) {
+        // A shard whose files changed is solved again.
+        std::fs::remove_dir_all(&own).map_err(at(&own))?;
+    }
+    let stage = format!("solve shard {shard}");
+    let found = simulate(body, thetas, &stage, Some(&own), observer)?;
+    let seal = Seal { shard, samples: thetas.len(), checksums: sums(&own)? };
+    write_json(&own.join(SEAL), &seal)?;
+    Ok(found)
+}
+
+/// Puts the shards of `folder` together, in the order of `thetas`. Merging again gives the same; afterwards [`simulate`] with this
+/// folder has nothing left to solve.
+///
+/// # Errors
+/// Shards that are missing, not done or damaged, all of them by number; samples of other parameters or of another body.
+pub fn merge(body: &Body, thetas: &[Vec<f64>], of: usize, folder: &Path) -> Result<Simulations> {
+    let (mut merged, identity) = (Simulations::default(), identity::of(body));
+    let (mut missing, mut tried) = (Vec::new(), 0);
+    for shard in (1..=of).filter_map(|index| Shard::new(index, of)) {
+        let own = shard.folder(folder);
+        let samples = &thetas[shard.samples(thetas.len())];
+        let Some(seal) = read_json::<Seal>(&own.join(SEAL))? else {
+            missing.push(shard.to_string());
+            continue;
+        };
+        let same = seal.shard == shard && seal.samples == samples.len();
+        ensure(same, Error::OtherSamples { folder: own.clone() })?;
+        if let Some(name) = damaged(&seal, &own) {
+            missing.push(format!("{shard} ({name} changed since it was solved)"));
+            continue;
+        }
+        if !samples.is_empty() {
+            let (tried, found) = stored(&own, &identity, samples)?;
+            ensure(tried == samples.len(), Error::OtherSamples { folder: own })?;
+            merged.extend(found);
+        }
+        tried += samples.len();
+    }
+    require_usable(missing.is_empty() && of > 0, || {
+        let (folder, missing) = (folder.display(), missing.join(", "));
+        format!("{folder} lacks the shards {missing}; solve them, then merge")
+    })?;
+    store(folder, &identity, tried, &merged)?;
+    Ok(merged)
+}
+
+/// Written when a shard is done, with a checksum of every file of it.
+#[derive(PartialEq, Serialize, Deserialize)]
+struct Seal {
+    shard: Shard,
+    samples: usize,
+    /// CRC-32 of each file, by name.
+    checksums: Vec<(String, u32)>,
+}
+
+const SEAL: &str = "done.json";
+
+/// Numbers of a log of simulations.
+#[derive(Deserialize)]
+struct Counts {
+    tried: usize,
+    failures: Vec<IgnoredAny>,
+}
+
+/// Environment variables of a scheduler.
+struct Scheduler {
+    name: &'static str,
+    task: &'static str,
+    /// First and last task of the array, and the step between two, where the scheduler tells.
+    array: Option<[&'static str; 3]>,
+    /// Number of tasks, where the scheduler tells.
+    count: Option<&'static str>,
+}
+
+const SCHEDULERS: [Scheduler; 5] = [
+    Scheduler {
+        name: "Slurm",
+        task: "SLURM_ARRAY_TASK_ID",
+        array: Some(["SLURM_ARRAY_TASK_MIN", "SLURM_ARRAY_TASK_MAX", "SLURM_ARRAY_TASK_STEP"]),
+        count: Some("SLURM_ARRAY_TASK_COUNT"),
+    },
+    Scheduler {
+        name: "Grid Engine",
+        task: "SGE_TASK_ID",
+        array: Some(["SGE_TASK_FIRST", "SGE_TASK_LAST", "SGE_TASK_STEPSIZE"]),
+        count: None,
+    },
+    Scheduler { name: "PBS", task: "PBS_ARRAY_INDEX", array: None, count: None },
+    Scheduler { name: "Torque", task: "PBS_ARRAYID", array: None, count: None },
+    Scheduler { name: "LSF", task: "LSB_JOBINDEX", array: None, count: None },
+];
+
+/// The first file that is not as it was sealed.
+fn damaged(seal: &Seal, folder: &Path) -> Option<String> {
+    let found = sums(folder).unwrap_or_default();
+    let changed = seal.checksums.iter().find(|pair| !found.contains(pair));
+    changed.map(|(name, _)| name.clone())
+}
+
+fn sums(folder: &Path) -> Result<Vec<(String, u32)>> {
+    let files = STORED.into_iter().filter(|name| folder.join(name).exists());
+    Ok(checksums(folder, files.map(String::from))?.into_iter().collect())
+}
+
+/// First and last task as the command line gives them.
+fn given(text: &str, range: &str) -> Result<[usize; 3], String> {
+    let ends = range.split_once('-').and_then(|(a, b)| Some([a.parse().ok()?, b.parse().ok()?]));
+    let [first, last] = ends.ok_or_else(|| {
+        format!("`{text}` is not a shard; write auto:FIRST-LAST, such as auto:1-16")
+    })?;
+    Ok([first, last, 1])
 }
