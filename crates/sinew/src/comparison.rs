@@ -255,11 +255,8 @@ impl fmt::Display for Method {
             duration(times.solver_warm_s)
         )?;
         let slopes = self.evaluation.sensitivity_errors.iter().map(|error| format!("{error:.1e}"));
-        writeln!(
-            f,
-            "  derivatives in the parameters off by {} %",
-            slopes.collect::<Vec<_>>().join(", ")
-        )?;
+        let slopes = slopes.collect::<Vec<_>>().join(", ");
+        writeln!(f, "  derivatives in the parameters off by {slopes} %")?;
         let hurt: usize = corrected.iter().map(|after| after.hurt).sum();
         writeln!(
             f,

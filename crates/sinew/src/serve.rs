@@ -85,12 +85,7 @@ impl Model {
     const ALL: [Self; 4] = [Self::Emulator, Self::Corrected, Self::Solver, Self::Patient];
 
     fn name(self) -> &'static str {
-        match self {
-            Self::Emulator => "emulator",
-            Self::Corrected => "corrected",
-            Self::Solver => "solver",
-            Self::Patient => "patient",
-        }
+        ["emulator", "corrected", "solver", "patient"][self as usize]
     }
 }
 
@@ -181,7 +176,8 @@ impl<'b> Service<'b> {
     /// Gives the emulator's page at `/` too, as [`crate::viewer()`] makes it at the first request. It shows the solver's displacement where the
     /// sliders rest, and the true error beside the shown one.
     pub fn with_page(self, seed: u64) -> Self {
-        let page = self.emulator.as_ref().and_then(|_| Page::of(self.body, seed));
+        let surface = self.emulator.as_ref().and_then(|_| Surface::of(self.body));
+        let page = surface.map(|surface| Page { surface, seed, html: OnceLock::new() });
         Self { page, ..self }
     }
 
@@ -412,11 +408,6 @@ struct Page {
 }
 
 impl Page {
-    /// `None` for a body without a surface.
-    fn of(body: &Body, seed: u64) -> Option<Self> {
-        Some(Self { surface: Surface::of(body)?, seed, html: OnceLock::new() })
-    }
-
     /// The page, or the reason for its absence.
     fn html(&self, emulator: &Emulator<'_>) -> Result<String, String> {
         let make = || {

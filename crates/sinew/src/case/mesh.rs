@@ -153,11 +153,8 @@ impl MeshSource {
                  TetGen or fTetWild"
             )
         };
-        let reason = format!(
-            "{} is a surface of {} triangles, not a body: {advice}",
-            file.display(),
-            mesh.cell_count()
-        );
+        let (file, count) = (file.display(), mesh.cell_count());
+        let reason = format!("{file} is a surface of {count} triangles, not a body: {advice}");
         Err(self.file_error(source, reason))
     }
 

@@ -92,13 +92,7 @@ pub enum RecipeName {
 impl RecipeName {
     /// Short name for files and tables.
     pub fn key(self) -> &'static str {
-        match self {
-            Self::Auto => "auto",
-            Self::Taylor => "taylor",
-            Self::Regression => "regression",
-            Self::Pi => "pi",
-            Self::Dd => "dd",
-        }
+        ["auto", "taylor", "regression", "pi", "dd"][self as usize]
     }
 
     /// Whether it always trains a network.

@@ -74,11 +74,8 @@ impl Ventricle {
             Chamber { endocardium: &endocardium, epicardium: &epicardium, septum: septum.as_ref() };
         let start = Instant::now();
         let wall = chamber.wall(&options).map_err(|error| {
-            Usage(format!(
-                "no wall between {} and {}: {error}",
-                self.endocardium.display(),
-                self.epicardium.display()
-            ))
+            let [inner, outer] = [&self.endocardium, &self.epicardium].map(|file| file.display());
+            Usage(format!("no wall between {inner} and {outer}: {error}"))
         })?;
         let seconds = start.elapsed().as_secs_f64();
         let mesh = ventricle(&wall, self.element == Element::Hexahedra, angles)

@@ -169,11 +169,8 @@ impl Sample {
     ) -> Result<()> {
         let found = simulate_shard(body, thetas, shard, folder, &mut stoppable()?)?;
         found.failures.iter().for_each(|failure| told_failure(body, failure));
-        println!(
-            "shard {shard}: {} of {} samples solved",
-            found.fields.len(),
-            shard.samples(self.count).len()
-        );
+        let (solved, of) = (found.fields.len(), shard.samples(self.count).len());
+        println!("shard {shard}: {solved} of {of} samples solved");
         Ok(())
     }
 }

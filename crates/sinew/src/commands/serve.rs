@@ -93,8 +93,9 @@ impl Serve {
         }
         println!("serving {} at http://{}", body.name, address);
         let cores = thread::available_parallelism().map_or(1, usize::from);
-        let desk = Desk::new(self.threads.unwrap_or(cores).max(1));
-        self.listen(&listener, &service, &desk)
+        let free = self.threads.unwrap_or(cores).max(1);
+        let state = Mutex::new(State { free, open: 0, ending: false });
+        self.listen(&listener, &service, &Desk { state, changed: Condvar::new() })
     }
 
     /// Takes clients until a signal comes, and ends the program when requests under way are answered.
@@ -149,11 +150,6 @@ struct State {
 }
 
 impl Desk {
-    fn new(free: usize) -> Self {
-        let state = Mutex::new(State { free, open: 0, ending: false });
-        Self { state, changed: Condvar::new() }
-    }
-
     fn change(&self, change: impl FnOnce(&mut State)) {
         change(&mut self.state.lock().unwrap_or_else(PoisonError::into_inner));
         self.changed.notify_all();
