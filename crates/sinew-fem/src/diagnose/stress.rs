@@ -191,6 +191,7 @@ pub fn principal_stretches(strain: &[[f64; 3]; 3]) -> [f64; 3] {
 
 /// Forces of the supports on the body \[stress·length²\], for each of [`held_sets`]; `pressure` is that of mixed elements, else empty.
 ///
+/// A node of two sets counts in both, so that the forces on sets with common nodes do not add up to the load.
 /// A pressed surface loads its rim with pressure times area; where a lid closes it, with the pressure on the lid as well.
 ///
 /// ```

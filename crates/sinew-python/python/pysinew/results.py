@@ -104,7 +104,9 @@ class Fields:
         return self.case._native.stresses(self._in_scene(index), self._flat(index), self._pressure(index))
 
     def reactions(self, index: int = 0) -> dict[str, Floats]:
-        """Forces of the supports on each node set that they hold [kPa mm² = mN], (3,), of one set."""
+        """Forces of the supports on each node set that they hold [kPa mm² = mN], (3,), of one set of parameters.
+
+        A node of two node sets counts in both, so that the forces on sets with common nodes do not add up to the load."""
         found = self.case._native.reactions(self._in_scene(index), self._flat(index), self._pressure(index))
         return {name: np.array(force) for name, force in found}
 
