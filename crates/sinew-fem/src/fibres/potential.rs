@@ -111,26 +111,34 @@ impl<'m> Laplacian<'m> {
 
 /// Solution by conjugate gradients with symmetric Gauss–Seidel steps as preconditioner, at the cost of a diagonal one (S. C. Eisenstat, SIAM J. Sci.
 /// Stat. Comput. 2, 1981); `None` where they do not converge. The columns hold the entries of the upper half.
-fn solved(mut columns: Vec<Vec<(usize, f64)>>, right: &[f64]) -> Option<Vec<f64>> {
+fn solved(columns: Vec<Vec<(usize, f64)>>, right: &[f64]) -> Option<Vec<f64>> {
     let diagonal = |(at, column): (usize, &Vec<(usize, f64)>)| {
         column.iter().find(|(row, _)| *row == at).map(|(_, entry)| entry.sqrt().recip())
     };
     let scale: Vec<f64> = columns.iter().enumerate().map(diagonal).collect::<Option<_>>()?;
-    // The scaled matrix is L + I + Lᵀ.
-    for (at, column) in columns.iter_mut().enumerate() {
-        column.retain(|(row, _)| *row != at);
-        column.iter_mut().for_each(|(row, entry)| *entry *= scale[*row] * scale[at]);
+    // The scaled matrix is L + I + Lᵀ, with rows of L one after the other: the sweeps wait for memory.
+    let (mut starts, mut rows, mut values) = (vec![0], Vec::new(), Vec::new());
+    for (at, column) in columns.into_iter().enumerate() {
+        for (row, entry) in column.into_iter().filter(|(row, _)| *row != at) {
+            rows.push(row as u32);
+            values.push(entry * (scale[row] * scale[at]));
+        }
+        starts.push(rows.len());
     }
+    let row_of = |at: usize| {
+        let range = starts[at]..starts[at + 1];
+        rows[range.clone()].iter().map(|&row| row as usize).zip(&values[range])
+    };
     // (I + L)⁻¹ and (I + Lᵀ)⁻¹.
     let forward = |x: &mut [f64]| {
-        for (at, column) in columns.iter().enumerate() {
-            x[at] -= column.iter().map(|&(row, entry)| entry * x[row]).sum::<f64>();
+        for at in 0..x.len() {
+            x[at] -= row_of(at).map(|(row, entry)| entry * x[row]).sum::<f64>();
         }
     };
     let backward = |x: &mut [f64]| {
-        for (at, column) in columns.iter().enumerate().rev() {
+        for at in (0..x.len()).rev() {
             let own = x[at];
-            column.iter().for_each(|&(row, entry)| x[row] -= entry * own);
+            row_of(at).for_each(|(row, entry)| x[row] -= entry * own);
         }
     };
     let apply = |from: &[f64], to: &mut [f64]| {
