@@ -4,7 +4,7 @@ use super::{Setup, own_rule};
 use crate::error::listed;
 use crate::{Material, Scene, SceneError};
 use sinew_mesh::{Mesh, QuadraturePoint, folded_facets};
-use sinew_num::{ascending, cross, dot3};
+use sinew_num::{Mat3, ascending, cross, dot3};
 use std::sync::Arc;
 
 /// Gradients of the shape functions at each quadrature point, and the volumes that the points stand for.
@@ -160,7 +160,14 @@ impl<const N: usize> Setup<'_, N> {
                 let start = directions.len();
                 for direction in 0..needed {
                     let nodal = nodes.map(|node| rows[needed * node + direction]);
-                    directions.push(interpolate(&nodal, shape));
+                    let (mean, is_determined) = interpolate(&nodal, shape);
+                    // Guccione's law reads three, and is independent of those across the first one.
+                    if !is_determined && (direction == 0 || needed < 3) {
+                        return Err(SceneError::Fibres(format!(
+                            "nothing determines direction {direction} of cell {cell}: those of its nodes stand at right angles to each other; give one to each cell instead"
+                        )));
+                    }
+                    directions.push(mean);
                 }
                 if let Some((direction, length)) = orthonormalise(&mut directions[start..]) {
                     return Err(not_unit(cell, direction, length));
@@ -197,12 +204,27 @@ fn check_directions(cell: usize, directions: &[[f64; 3]]) -> Result<(), SceneErr
     Ok(())
 }
 
-/// A nodal direction interpolated at a point. A direction has no sense, so each is given the sign of the first node's.
-fn interpolate<const N: usize>(nodal: &[[f64; 3]; N], shape: &[f64; N]) -> [f64; 3] {
+/// Squarings that tell the largest eigenvalue of a matrix from one that is smaller by a part of 1e-5.
+const SQUARINGS: usize = 20;
+
+/// A nodal direction interpolated at a point, and whether anything determines it. A direction has no sense: each is turned along the
+/// principal one of `Σ w d dᵀ`, and counts nothing at right angles to it.
+fn interpolate<const N: usize>(nodal: &[[f64; 3]; N], shape: &[f64; N]) -> ([f64; 3], bool) {
+    let weighted = || nodal.iter().zip(shape);
+    let mut power = Mat3::from_fn(|i, j| weighted().map(|(d, w)| w * d[i] * d[j]).sum::<f64>());
+    // Tends to the projection on the principal direction.
+    for _ in 0..SQUARINGS {
+        let norm = power.squared_norm();
+        power = Mat3::from_fn(|i, j| dot3(&power[i], &power[j]) / norm);
+    }
+    let longer = |a: [f64; 3], b: [f64; 3]| if dot3(&a, &a) < dot3(&b, &b) { b } else { a };
+    let principal = longer(longer(power[0], power[1]), power[2]);
+    let sense = 1f64.copysign(dot3(&principal, &nodal[0]));
     let mut sum = [0.0; 3];
-    for (d, weight) in nodal.iter().zip(shape) {
-        let sign = if dot3(d, &nodal[0]) < 0.0 { -1.0 } else { 1.0 };
+    for (d, weight) in weighted() {
+        let along = dot3(d, &principal);
+        let sign = if along.abs() > DIRECTION_TOLERANCE { along.signum() * sense } else { 0.0 };
         (0..3).for_each(|i| sum[i] += sign * weight * d[i]);
     }
-    sum
+    (sum, power.squared_norm() > 0.99)
 }

@@ -296,6 +296,42 @@ fn directions_must_be_unit_vectors() {
 }
 
 #[test]
+fn nodal_directions_are_independent_of_the_numbering_of_nodes() {
+    let names = ["a", "b", "a_f", "b_f"].map(parameter);
+    // The cells of a cube have a node with none, one, two and three coordinates 1.
+    let lowered = |directions: [[f64; 3]; 4], order: [usize; 4]| {
+        let mut mesh = box_tetrahedra([1.0; 3], [1; 3]);
+        mesh.cells.iter_mut().for_each(|cell| *cell = order.map(|node| cell[node]));
+        let of = |x: &[f64; 3]| [directions[x.iter().sum::<f64>() as usize]];
+        let law = HolzapfelOgden.nearly_incompressible(25.0);
+        let material = law.along(mesh.points.iter().map(of).collect());
+        let scene = Scene::new(mesh, material).support(Support::clamped("x_min"));
+        names.iter().cloned().fold(scene, Scene::parameter).lower()
+    };
+    let energy = |directions, order| {
+        let body = lowered(directions, order).unwrap();
+        let moved =
+            body.positions.iter().flat_map(|x| [0.3 * x[0] * x[1], -0.1 * x[1], 0.2 * x[0]]);
+        body.value(&moved.collect::<Vec<_>>(), &[1.0, 1.0, 4.0, 2.0])
+    };
+    let [x, y, z] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let own = [0, 1, 2, 3];
+    for directions in
+        [[y, x, x, x.map(|x| -x)], [x, y, z, x], [x, [-0.6, 0.8, 0.0], y, [0.0, 0.8, -0.6]]]
+    {
+        let expected = energy(directions, own);
+        for order in [[1, 2, 0, 3], [3, 2, 1, 0], [2, 3, 0, 1]] {
+            let found = energy(directions, order);
+            assert!((found / expected - 1.0).abs() < 1e-14, "{order:?}: {found} and {expected}");
+        }
+    }
+    let alike = energy([x; 4], own);
+    assert_eq!(energy([x, x, y, x], own), alike, "right angles count nothing in either sense");
+    let error = lowered([x, y, y, x], own).unwrap_err().to_string();
+    assert!(error.starts_with("nothing determines direction 0 of cell 0"), "{error}");
+}
+
+#[test]
 fn theta_is_checked() {
     let potential = block().lower().unwrap();
     assert_eq!(potential.check_theta(&[1.0, 0.0]), Ok(()));
