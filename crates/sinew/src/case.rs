@@ -24,7 +24,7 @@ pub use loads::{FoundationLoad, Load, Pressure, Rim};
 pub use mesh::{BiventricleMesh, BoxMesh, Element, EllipsoidMesh, LiverMesh, MeshSource};
 pub use sanity::{
     branched_in_words, doubtful_displacements, doubtful_emulator, locking_at_most,
-    locking_in_words, negligible_displacement,
+    locking_in_words, moved_most, negligible_displacement,
 };
 pub use select::{
     Select, SelectBeyond, SelectBox, SelectFacing, SelectNear, SelectPlane, SelectSphere,

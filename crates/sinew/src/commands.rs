@@ -46,10 +46,7 @@ impl CaseFile {
     /// The case on its mesh.
     fn read(&self) -> Result<Case> {
         let case = Case::read(&self.case)?;
-        Ok(match &self.mesh {
-            Some(mesh) => case.with_mesh(mesh.clone()),
-            None => case,
-        })
+        Ok(self.mesh.iter().fold(case, |case, mesh| case.with_mesh(mesh.clone())))
     }
 
     /// Case and body; warnings of the body are told on standard error. A case without a potential is refused.
@@ -267,19 +264,21 @@ pub(crate) fn solved(
     let mut terminal = if folder.is_some() { stoppable()? } else { Terminal::default() };
     let found = simulate(body, thetas, stage, folder, &mut terminal)?;
     tell_solved(body, &found);
-    for failure in found.failures.iter().take(MOST_WARNINGS) {
-        told_failure(body, failure);
-    }
-    if found.failures.len() > MOST_WARNINGS {
-        eprintln!("no equilibrium at {} more", found.failures.len() - MOST_WARNINGS);
+    let failures = &found.failures;
+    failures.iter().take(MOST_WARNINGS).for_each(|failure| told_failure(body, failure));
+    if let Some(more @ 1..) = failures.len().checked_sub(MOST_WARNINGS) {
+        eprintln!("no equilibrium at {more} more");
     }
     Ok(found)
 }
 
+/// Cure of solutions on other branches.
+const STEPWISE: &str = "`sinew solve --load-steps`";
+
 /// Tells doubts about solutions on standard error, and other stable equilibria.
 pub(crate) fn tell_solved(body: &Body, found: &Simulations) {
     tell_states(body, &found.thetas, found.fields.iter().map(Vec::as_slice));
-    warn(branched_in_words(body, found, "`sinew solve --load-steps`"));
+    warn(branched_in_words(body, found, STEPWISE));
 }
 
 /// Tells a sample without equilibrium on standard error.

@@ -33,6 +33,8 @@ pub struct Fibres {
 
 /// Largest difference of two nodes \[relative to the size of the mesh\] that are the same to the digits of files.
 const SAME_PLACE: f64 = 1e-4;
+/// Cosine of a right angle to the digits of files.
+const RIGHT_ANGLE: f64 = 1e-5;
 /// Largest angle of a fibre in radians, a right angle in two digits.
 const LARGEST_RADIANS: f64 = 1.6;
 
@@ -72,6 +74,7 @@ impl Fibres {
     }
 
     /// Gives middle nodes the mean direction of both ends of their edge, in place of the mean vector of directions that differ in length or sign.
+    /// Between two at right angles it is NaN.
     pub(super) fn raise(&self, mesh: &mut AnyMesh) {
         let element = mesh.element();
         let cells = mesh.cells().chunks_exact(element.nodes.len());
@@ -83,7 +86,9 @@ impl Fibres {
             let Some(mut rows) = field.to_vectors::<3>() else { continue };
             for &[a, b, middle] in &edges {
                 let [a, b] = [a, b].map(|node| Vector3::from(rows[node]).normalize());
-                rows[middle] = (a + b * a.dot(&b).signum()).into();
+                let along = a.dot(&b);
+                let sign = if along.abs() < RIGHT_ANGLE { f64::NAN } else { along.signum() };
+                rows[middle] = (a + b * sign).into();
             }
             *field = Field::vectors(&rows);
         }
@@ -157,12 +162,8 @@ impl Fibres {
 
     /// Fields of the first directions, as far as they are known.
     fn fields(&self) -> Vec<&str> {
-        match &self.field {
-            None => WRITTEN.to_vec(),
-            Some(fibres) => {
-                std::iter::once(fibres.as_str()).chain(self.sheets.as_deref()).collect()
-            }
-        }
+        let given: Vec<_> = self.field.iter().chain(&self.sheets).map(String::as_str).collect();
+        if given.is_empty() { WRITTEN.to_vec() } else { given }
     }
 }
 
@@ -266,7 +267,7 @@ pub(super) fn directions(
     Ok(directions)
 }
 
-const NO_DIRECTION: &str = "a direction without length, or along the one before; give three finite numbers, one of them not 0, or cut cells without fibres away by `keep` under [mesh]";
+const NO_DIRECTION: &str = "a direction without length, along the one before, or in the middle of an edge between two at right angles; give three finite numbers, one of them not 0, or cut cells without fibres away by `keep` under [mesh]";
 
 /// Unit vectors along the given directions, made perpendicular in their order, and others that complete the frame.
 fn completed(given: &[[f64; 3]]) -> Result<[[f64; 3]; 3], &'static str> {

@@ -232,7 +232,7 @@ fn rounded(value: f64) -> String {
     sinew_report::format::trimmed(value, 3)
 }
 
-/// [`locking`] at the θ of the largest mean square displacement that inverts no cell; none without any.
+/// [`locking`] at the state that [`moved_most`] finds; none without any.
 ///
 /// # Errors
 /// As for [`locking`].
@@ -240,9 +240,17 @@ pub fn locking_at_most<'a>(
     body: &Body,
     states: impl IntoIterator<Item = (&'a Vec<f64>, &'a [f64])>,
 ) -> Result<Option<LockingWarning>, SolveError> {
-    let most = states.into_iter().filter(|(_, field)| body.admits(field));
-    let most = most.max_by(|(_, a), (_, b)| dot(a, a).total_cmp(&dot(b, b)));
+    let most = moved_most(body, states);
     most.map_or(Ok(None), |(theta, field)| locking(body, theta, field))
+}
+
+/// θ and displacement of the largest mean square displacement that inverts no cell; none without any.
+pub fn moved_most<'a>(
+    body: &Body,
+    states: impl IntoIterator<Item = (&'a Vec<f64>, &'a [f64])>,
+) -> Option<(&'a Vec<f64>, &'a [f64])> {
+    let admitted = states.into_iter().filter(|(_, field)| body.admits(field));
+    admitted.max_by(|(_, a), (_, b)| dot(a, a).total_cmp(&dot(b, b)))
 }
 
 /// Text of a warning of [`locking`] for the author of a case file: how much of the displacement is expected

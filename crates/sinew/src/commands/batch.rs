@@ -1,14 +1,17 @@
 //! Requested rows of θ with their results. A failed row does not stop the others.
 
-use super::{MOST_WARNINGS, Usage, refuse, refuse_if, warn};
+use super::{MOST_WARNINGS, Usage, refuse, refuse_if, warn, warn_of_locking};
 use anyhow::{Context, Result};
 use clap::Args;
+use sinew::case::{doubtful_displacements, locking_at_most, moved_most};
 use sinew::output::{self, MOST_BYTES, Results, Row};
 use sinew::{
     Body, Parameter, admissible, outside, parse_theta, parse_theta_but, read_rows, read_thetas,
     theta_in_words,
 };
+use std::cell::RefCell;
 use std::path::Path;
+use std::rc::Rc;
 
 /// θ of one or many cases.
 #[derive(Debug, Args)]
@@ -43,7 +46,12 @@ pub(crate) struct Batch<'b> {
     /// Number of rows that could not be read or are invalid.
     wrong: usize,
     told: usize,
+    /// State that moves the body most, of all parts so far.
+    most: Rc<RefCell<Option<State>>>,
 }
+
+/// θ and displacement.
+type State = (Vec<f64>, Vec<f64>);
 
 /// Bytes of the fields that are in memory together.
 const PART: usize = 512 << 20;
@@ -87,7 +95,8 @@ impl ThetaArguments {
         folder: Option<&Path>,
     ) -> Result<Batch<'b>> {
         let spare = spare.map(|index| (index, body.centre()[index]));
-        let mut batch = Batch { body, rows: Vec::new(), before: 0, wrong: 0, told: 0 };
+        let (rows, most) = (Vec::new(), Rc::default());
+        let mut batch = Batch { body, rows, before: 0, wrong: 0, told: 0, most };
         for text in &self.theta {
             if text.contains('=') {
                 let theta = parse_theta_but(text, &body.parameters, spare)?;
@@ -162,9 +171,26 @@ impl<'b> Batch<'b> {
                 eprintln!("rows {} to {} of {all}", before, all.min(before + most) - 1);
             }
             let rows = self.rows.drain(..most.min(self.rows.len())).collect();
-            failed += compute(Self { rows, before, ..self })?;
+            failed += compute(Self { rows, before, most: self.most.clone(), ..self })?;
         }
+        let most = self.most.take();
+        let most = most.iter().map(|(theta, field)| (theta, &field[..]));
+        warn_of_locking(locking_at_most(self.body, most));
         outcome(failed, all, self.wrong)
+    }
+
+    /// Tells what to doubt of states; that cells are too stiff is told after the last part.
+    pub(crate) fn tell_states<'a>(
+        &self,
+        thetas: &'a [Vec<f64>],
+        fields: impl Iterator<Item = &'a [f64]>,
+    ) {
+        let (fields, before): (Vec<_>, _) = (fields.collect(), self.most.take());
+        warn(doubtful_displacements(self.body, &fields));
+        let mut states: Vec<_> = thetas.iter().zip(fields).collect();
+        states.extend(before.as_ref().map(|(theta, field)| (theta, &field[..])));
+        let most = moved_most(self.body, states);
+        *self.most.borrow_mut() = most.map(|(theta, field)| (theta.clone(), field.to_vec()));
     }
 
     /// Answers to these θ in their order; a row that has none is left out, with the reason.
@@ -260,10 +286,8 @@ fn outcome(failed: usize, all: usize, wrong: usize) -> Result<()> {
 
 /// Removes results of an earlier run, which are not those of a table that is refused.
 fn clear(folder: Option<&Path>) -> Result<()> {
-    match folder.filter(|folder| folder.exists()) {
-        Some(folder) => output::clear(folder).with_context(|| folder.display().to_string()),
-        None => Ok(()),
-    }
+    let mut there = folder.into_iter().filter(|folder| folder.exists());
+    there.try_for_each(|folder| output::clear(folder).with_context(|| folder.display().to_string()))
 }
 
 /// Tells why a row is left out, if few others were told.

@@ -3,7 +3,7 @@
 mod answer;
 use super::{
     Batch, CaseArguments, MOST_WARNINGS, Neighbour, ThetaArguments, Written, chosen, refuse_if,
-    runs, tell_states, warn,
+    runs, warn,
 };
 pub(crate) use answer::Plan;
 use anyhow::{Result, ensure};
@@ -116,7 +116,7 @@ impl Predict {
         let estimates = if self.quick { Vec::new() } else { estimated(emulator, &prediction) };
         let unit = &body.units.length;
         let fields = (0..prediction.thetas.len()).map(|place| prediction.field(place));
-        tell_states(body, &prediction.thetas, fields);
+        batch.tell_states(&prediction.thetas, fields);
         batch.print(|place| {
             let moved = displacement_in_words(prediction.field(place), unit);
             let error = estimates.get(place).map_or(String::new(), |found| found.in_words(unit));
@@ -227,7 +227,7 @@ impl Correct {
         };
         let corrected = batch.answered(batch.thetas().into_iter().map(correct));
         let thetas = batch.thetas();
-        tell_states(body, &thetas, corrected.iter().map(|found| &found.displacement[..]));
+        batch.tell_states(&thetas, corrected.iter().map(|found| &found.displacement[..]));
         let predicted = emulator.predict(&thetas)?.fields();
         let unit = &body.units.length;
         let answers = corrected.iter().zip(&predicted).map(|(found, before)| Row {
@@ -244,13 +244,12 @@ fn tell(body: &Body, theta: &[f64], correction: &Correction) {
     println!("{}", theta_in_words(body, theta));
     for (index, step) in correction.steps.iter().enumerate() {
         // A body without forces is balanced.
-        let relative =
-            |residual: f64| if residual == 0.0 { 0.0 } else { residual / step.force_scale };
+        let scale = step.force_scale.max(f64::MIN_POSITIVE);
         println!(
             "  step {}: residual {:.1e} to {:.1e} of the forces, energy norm of the step {:.1e}, {:.1} ms",
             index + 1,
-            relative(step.residual_before),
-            relative(step.residual_after),
+            step.residual_before / scale,
+            step.residual_after / scale,
             step.energy_norm,
             1e3 * step.seconds
         );

@@ -1,12 +1,12 @@
 //! Equilibria, and paths of them along a parameter.
 
 use super::{
-    Batch, CaseArguments, ThetaArguments, Usage, Written, make_folder, refuse, single, tell_solved,
-    tell_states, warn,
+    Batch, CaseArguments, STEPWISE, ThetaArguments, Usage, Written, make_folder, refuse, single,
+    tell_solved, tell_states, warn,
 };
 use anyhow::{Result, bail};
 use clap::Args;
-use sinew::case::Formulation;
+use sinew::case::{Formulation, branched_in_words};
 use sinew::output::{
     Results, Row, by_row, displacement_in_words, end_in_words, least_and_largest_ratio,
 };
@@ -72,7 +72,8 @@ impl Solve {
         let options = Options { load_steps, ..Options::default() };
         let terminal = &mut Terminal::default();
         let found = &simulate_by(body, &thetas, "solve", None, &options, terminal)?;
-        tell_solved(body, found);
+        batch.tell_states(&found.thetas, found.fields.iter().map(Vec::as_slice));
+        warn(branched_in_words(body, found, STEPWISE));
         let answers =
             batch.answered(by_row(&thetas, found).into_iter().map(|place| answer(found, place)));
         batch.print(|place| said(body, &found.fields[place]));

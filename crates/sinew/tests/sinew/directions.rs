@@ -74,3 +74,18 @@ fn cells_that_are_quadratic_in_the_file_keep_the_directions_of_their_middle_node
     };
     assert_eq!(energy("quadratic"), energy("plain"));
 }
+
+#[test]
+fn directions_that_nothing_determines_between_nodes_are_refused() {
+    let refused = |formulation: &str| {
+        let mut mesh = box_tetrahedra([4.0, 3.0, 2.0], [4, 3, 2]);
+        let axis = |x: &[f64; 3]| if x[0] < 2.0 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
+        let fibres: Vec<_> = mesh.points.iter().map(axis).collect();
+        mesh.point_fields.insert("f".into(), Field::vectors(&fibres));
+        let text = format!("formulation = \"{formulation}\"\n{CASE}");
+        Case::parse(&text, "case.toml").unwrap().body_on(mesh.into()).unwrap_err().to_string()
+    };
+    let [plain, quadratic] = ["plain", "quadratic"].map(refused);
+    assert!(plain.contains("nothing determines direction 0 of cell"), "{plain}");
+    assert!(quadratic.contains("between two at right angles"), "{quadratic}");
+}

@@ -1,9 +1,7 @@
 //! Answers to an accuracy that is asked for, by the method that costs least, and the expected costs of all.
 
 use super::{Asked, others};
-use crate::commands::{
-    Batch, CaseArguments, Neighbour, chosen, count, refuse, tell_states, trained, warn,
-};
+use crate::commands::{Batch, CaseArguments, Neighbour, chosen, count, refuse, trained, warn};
 use anyhow::{Result, bail};
 use clap::Args;
 use sinew::output::{Quality, Row, displacement_in_words, mean_and_largest};
@@ -64,7 +62,7 @@ fn part<'b>(
     table(&found.plan);
     let answers = found.answers.into_iter().map(|found| found.map_err(|why| why.to_string()));
     let answers: Vec<Answer> = batch.answered(answers);
-    tell_states(body, &batch.thetas(), answers.iter().map(|answer| &answer.displacement[..]));
+    batch.tell_states(&batch.thetas(), answers.iter().map(|answer| &answer.displacement[..]));
     batch.print(|place| {
         let Answer { displacement, error, .. } = &answers[place];
         let moved = displacement_in_words(displacement, &body.units.length);
