@@ -2,10 +2,12 @@
 
 use crate::io::{GRID, save, to_xml};
 use crate::topology::Cells;
+use crate::tree::SurfaceTree;
 use crate::{
     Defect, Element, Facet, Field, HexMesh, MeshError, QuadraticTetMesh, QuadraticTriangleMesh,
     Selected, Selection, SelectionError, TetMesh, TriangleMesh,
 };
+use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -183,6 +185,32 @@ impl AnyMesh {
             last.map(move |k| ([nodes[0], nodes[k], nodes[k + 1]], facet.cell))
         };
         self.boundary_facets().into_iter().flat_map(fan).unzip()
+    }
+
+    /// Nodes of the surface that lie on a cell without belonging to it, away from the corners of its facet, each with the first such cell: hanging nodes of a mesh
+    /// that does not conform, or parts that touch. Such parts move independently of each other. None of a body in two dimensions.
+    ///
+    /// ```
+    /// use sinew_mesh::{AnyMesh, TetMesh};
+    ///
+    /// let points = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.5, 0.5, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 1.0]];
+    /// let mesh: AnyMesh = TetMesh::new(points, vec![[0, 1, 2, 3], [1, 5, 4, 6]])?.into();
+    /// assert_eq!(mesh.hanging_nodes(), [[4, 0]]); // in the middle of an edge
+    /// # Ok::<(), sinew_mesh::Defect>(())
+    /// ```
+    pub fn hanging_nodes(&self) -> Vec<[usize; 2]> {
+        /// Distance from the facet \[relative to its longest edge\]: files hold three digits at least.
+        const NEAR: f64 = 1e-3;
+        let (triangles, cells) = self.boundary_triangles();
+        let place = |node: usize| Vector3::from(self.points()[node]);
+        let tree = SurfaceTree::of(triangles.iter().map(|nodes| nodes.map(place)).collect());
+        let size = self.element().nodes.len();
+        let hangs = |node: usize| {
+            let below = tree.below(place(node), NEAR).into_iter().map(|triangle| cells[triangle]);
+            let others = below.filter(|&cell| !self.cells()[size * cell..][..size].contains(&node));
+            others.min().map(|cell| [node, cell])
+        };
+        self.cell_list().of_facets(&self.boundary_facets()).into_iter().filter_map(hangs).collect()
     }
 
     /// Moves every node.

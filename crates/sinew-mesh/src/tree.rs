@@ -37,7 +37,10 @@ struct Node {
 
 impl SurfaceTree {
     pub(crate) fn new(surface: &TriangleMesh) -> Self {
-        let corners: Vec<_> = (0..surface.cells.len()).map(|cell| surface.corners(cell)).collect();
+        Self::of((0..surface.cells.len()).map(|cell| surface.corners(cell)).collect())
+    }
+
+    pub(crate) fn of(corners: Vec<[Point; 3]>) -> Self {
         let mut tree = Self { order: (0..corners.len()).collect(), corners, nodes: Vec::new() };
         tree.split(0, tree.order.len());
         tree
@@ -124,6 +127,18 @@ impl SurfaceTree {
             stack.extend(if first_is_nearer { [second, at + 1] } else { [at + 1, second] });
         }
         best
+    }
+
+    /// Triangles that a point lies on, within a part of their longest edges, away from their corners.
+    pub(crate) fn below(&self, point: Point, part: f64) -> Vec<usize> {
+        let reach = Point::repeat(part * (self.nodes[0].high - self.nodes[0].low).norm());
+        let on = |&triangle: &usize| {
+            let corners @ [a, b, c] = &self.corners[triangle];
+            let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+            let far = |other: &Point| (other - point).norm() > part * longest;
+            !far(&nearest(corners, point)) && corners.iter().all(far)
+        };
+        self.near(point - reach, point + reach).into_iter().filter(on).collect()
     }
 
     /// Triangles whose leaf meets the box.

@@ -6,7 +6,7 @@ use crate::{Scalar, dot3};
 ///
 /// The displacement gradient H = ∂u/∂X has `m[i][j] = ∂u_i/∂X_j`. The invariants below are
 /// written in H rather than in F = I + H, so that single precision keeps its digits at small strain.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mat3<S>(pub [[S; 3]; 3]);
 
 impl<S> std::ops::Index<usize> for Mat3<S> {

@@ -64,12 +64,13 @@ pub fn try_in_parallel<P: Send, T: Send, E: Send>(
 ///
 /// # Panics
 /// A `grain` of zero.
-pub fn in_tasks<T: Send>(count: usize, grain: usize, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let task = |first: usize| (first..count.min(first + grain)).map(&value).collect();
-    let mut values = Vec::with_capacity(count);
-    for mut task in in_parallel::<_, Vec<T>>((0..count).step_by(grain), task) {
-        values.append(&mut task);
-    }
+pub fn in_tasks<T: Clone + Default + Send>(
+    count: usize,
+    grain: usize,
+    value: impl Fn(usize) -> T + Sync,
+) -> Vec<T> {
+    let mut values = vec![T::default(); count];
+    fill(&mut values, grain, value);
     values
 }
 

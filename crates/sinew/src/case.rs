@@ -407,7 +407,7 @@ impl Case {
     }
 
     /// Warnings about a case that can be solved: fibres of opposite sign or by angles in radians, sizes and stiffnesses outside those of
-    /// tissue, supports that hold every node, no load, parameters that change nothing. `body` is the lowered case.
+    /// tissue, parts that touch or overlap without common nodes, supports that hold every node, no load, parameters that change nothing. `body` is the lowered case.
     pub fn warnings(&self, body: &Body) -> Vec<String> {
         let fibres = self.fibres.iter().flat_map(|fibres| fibres.warnings(body));
         fibres.chain(self.doubts(body)).collect()

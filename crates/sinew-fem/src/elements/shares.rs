@@ -18,7 +18,10 @@ const LARGE: usize = 16_384;
 const TASK: usize = 512;
 
 /// A value of each of `count` quadrature points, on all threads where they are many.
-pub(crate) fn at_points<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
+pub(crate) fn at_points<T: Clone + Default + Send>(
+    count: usize,
+    value: impl Fn(usize) -> T + Sync,
+) -> Vec<T> {
     if count < LARGE { (0..count).map(value).collect() } else { in_tasks(count, TASK, value) }
 }
 

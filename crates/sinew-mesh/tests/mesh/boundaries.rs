@@ -2,8 +2,9 @@
 
 use nalgebra::Vector3;
 use sinew_mesh::{
-    Facet, Field, TriangleMesh, boundary_facets, box_tetrahedra, edges, enclosed_volume,
-    extract_surface, rectangle_triangles, remove_unused_nodes, self_intersections,
+    AnyMesh, Facet, Field, HexMesh, TriangleMesh, TruncatedEllipsoid, boundary_facets,
+    box_hexahedra, box_tetrahedra, edges, enclosed_volume, extract_surface, rectangle_triangles,
+    remove_unused_nodes, self_intersections,
 };
 
 #[test]
@@ -152,4 +153,47 @@ fn a_spike_through_its_own_surface_is_found() {
     let middle = surface.points.iter().position(|&x| x == [1.0 / 3.0, 1.0 / 3.0, 1.0]).unwrap();
     surface.points[middle] = [0.4, 0.45, -0.5];
     assert!(!self_intersections(&surface).is_empty());
+}
+
+/// Two blocks without common nodes, the second moved.
+fn joined(a: HexMesh, mut b: HexMesh, by: [f64; 3]) -> AnyMesh {
+    let (mut points, mut cells) = (a.points, a.cells);
+    let step = points.len();
+    b.points.iter_mut().for_each(|x| (0..3).for_each(|i| x[i] += by[i]));
+    points.extend(b.points);
+    cells.extend(b.cells.iter().map(|cell| cell.map(|node| node + step)));
+    HexMesh::new(points, cells).unwrap().into()
+}
+
+#[test]
+fn nodes_hang_where_blocks_touch_or_overlap_without_common_nodes() {
+    let block = |cells: usize| box_hexahedra([10.0; 3], [cells; 3]);
+    let hanging = |by: [f64; 3]| joined(block(2), block(4), by).hanging_nodes().len();
+    // Of 25 nodes of the finer side 9 are at corners of the coarser one.
+    assert_eq!(hanging([10.0, 0.0, 0.0]), 16);
+    // Three digits in a file.
+    assert_eq!(hanging([10.004, 0.0, 0.0]), 16);
+    assert_eq!([hanging([10.1, 0.0, 0.0]), hanging([20.0, 0.0, 0.0])], [0, 0]);
+    // Sides in common planes: both blocks have nodes on the other.
+    assert!(hanging([7.0, 0.0, 0.0]) > 40, "{}", hanging([7.0, 0.0, 0.0]));
+    // Alike: all nodes of the two sides meet.
+    assert!(joined(block(2), block(2), [10.0, 0.0, 0.0]).hanging_nodes().is_empty());
+}
+
+#[test]
+fn no_node_of_a_generated_mesh_hangs() {
+    // Thinner than the distance at which nodes hang.
+    let sheet = box_tetrahedra([10.0, 1.0, 0.001], [5, 2, 1]);
+    let ellipsoid = TruncatedEllipsoid { short: [25.0, 36.0], long: [66.0, 75.0], base: 15.0 };
+    let wall = ellipsoid.wall([2, 16, 8]);
+    let meshes: [AnyMesh; 5] = [
+        sheet.quadratic().into(),
+        sheet.into(),
+        wall.hexahedra().into(),
+        wall.quadratic_tetrahedra().into(),
+        rectangle_triangles([2.0, 1.0], [3, 2]).into(),
+    ];
+    for mesh in meshes {
+        assert!(mesh.hanging_nodes().is_empty(), "{:?}", mesh.element());
+    }
 }

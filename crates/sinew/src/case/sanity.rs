@@ -9,6 +9,7 @@ use sinew_emulate::parts::dot;
 use sinew_emulate::{Emulator, Simulations, Warning};
 use sinew_energy::{Body, Mat3};
 use sinew_fem::{LockingWarning, SolveError, locking};
+use sinew_mesh::{AnyMesh, TriangleMesh, self_intersections};
 use sinew_num::in_parallel;
 
 /// Smallest and largest size of a body [mm]: a millimetre of tissue and a metre, the length of a leg.
@@ -28,6 +29,28 @@ const PROBE: f64 = 1e-3;
 
 /// Change of the forces that is a rounding error \[relative to them\].
 const NO_CHANGE: f64 = 1e-12;
+
+/// Parts of a mesh that touch or overlap without common nodes, in words.
+fn contacts(mesh: &AnyMesh) -> impl Iterator<Item = String> {
+    let hanging = mesh.hanging_nodes();
+    let hanging = hanging.first().map(|[node, cell]| {
+        format!(
+            "{} of its nodes lie on cells that they do not belong to, node {node} on cell {cell} first; parts that touch or overlap move independently: join them by common nodes",
+            hanging.len()
+        )
+    });
+    let (cells, of_cells) = mesh.boundary_triangles();
+    let points = mesh.points().to_vec();
+    let crossing = self_intersections(&TriangleMesh { points, cells, ..TriangleMesh::default() });
+    let crossing = crossing.first().map(|pair| {
+        let [a, b] = pair.map(|triangle| of_cells[triangle]);
+        format!(
+            "its surface passes through itself in {} pairs of triangles, of cells {a} and {b} first; parts that overlap count twice: leave one out",
+            crossing.len()
+        )
+    });
+    hanging.into_iter().chain(crossing)
+}
 
 impl Case {
     /// Warnings about units, supports, loads and parameters.
@@ -51,6 +74,7 @@ impl Case {
             );
             warnings.push(key(&["parameters"], reason));
         }
+        warnings.extend(contacts(&body.mesh).map(|reason| key(&["mesh"], reason)));
         if body.free_nodes().is_empty() {
             let reason = "they hold every node in every direction, so that nothing can move; hold fewer nodes";
             warnings.push(key(&["supports"], reason.into()));
