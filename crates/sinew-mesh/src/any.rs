@@ -8,6 +8,7 @@ use crate::{
     Selected, Selection, SelectionError, TetMesh, TriangleMesh,
 };
 use nalgebra::Vector3;
+use sinew_num::ascending;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -187,7 +188,7 @@ impl AnyMesh {
         self.boundary_facets().into_iter().flat_map(fan).unzip()
     }
 
-    /// Nodes of the surface that lie on a cell without belonging to it, away from the corners of its facet, each with the first such cell: hanging nodes of a mesh
+    /// Corners of the surface that lie on a cell without belonging to it, away from the corners of its facet, each with the first such cell: hanging nodes of a mesh
     /// that does not conform, or parts that touch. Such parts move independently of each other. None of a body in two dimensions.
     ///
     /// ```
@@ -210,7 +211,7 @@ impl AnyMesh {
             let others = below.filter(|&cell| !self.cells()[size * cell..][..size].contains(&node));
             others.min().map(|cell| [node, cell])
         };
-        self.cell_list().of_facets(&self.boundary_facets()).into_iter().filter_map(hangs).collect()
+        ascending(triangles.as_flattened().iter().copied()).into_iter().filter_map(hangs).collect()
     }
 
     /// Moves every node.
