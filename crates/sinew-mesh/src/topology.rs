@@ -117,8 +117,7 @@ impl<'m> Cells<'m> {
         boundary
     }
 
-    /// Calls `each` with all facets whose keys begin with the same node, in the order of their keys. Counted by this node, they are sorted ten times
-    /// as fast as all at once.
+    /// Calls `each` with all facets whose keys begin with the same node, in the order of their keys: counted by this node, then sorted among few.
     fn for_sides(
         self,
         key: impl Fn(Facet) -> FacetKey,

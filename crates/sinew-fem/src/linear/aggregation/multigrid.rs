@@ -1,8 +1,8 @@
 //! Smoothed aggregation: a hierarchy of ever coarser systems that preconditions a stiffness matrix.
 
 use super::blocks::{Block, BlockMatrix, ROWS, add_product, definite_inverse, single, times};
-use crate::linear::Factor;
 use crate::linear::aggregation::pattern::{MODES, groups, tentative};
+use crate::linear::{Factor, update};
 use faer::sparse::Triplet;
 use sinew_num::{fill, in_parallel, in_tasks};
 
@@ -174,11 +174,8 @@ impl<const B: usize> Level<B> {
         self.restriction.multiply(&own.residual, &mut coarser[0].residual);
         solve(coarser);
         self.prolongation.multiply(&coarser[0].solution, &mut own.step);
-        let rows = own.solution.chunks_mut(ROWS).zip(own.step.chunks(ROWS));
-        in_parallel(rows, |(to, step)| {
-            let components = to.as_flattened_mut().iter_mut().zip(step.as_flattened());
-            components.for_each(|(to, step)| *to += step);
-        });
+        let solution = own.solution.as_flattened_mut();
+        update(solution, own.step.as_flattened(), |to, step| *to += step);
         self.matrix.subtract_product(&own.step, &mut own.residual);
         self.smooth(own, false);
     }
