@@ -1,5 +1,6 @@
 //! A mesh whose kind of cell is decided at run time.
 
+use crate::geometry::ASKEW;
 use crate::io::{GRID, save, to_xml};
 use crate::topology::Cells;
 use crate::tree::SurfaceTree;
@@ -8,7 +9,7 @@ use crate::{
     Selected, Selection, SelectionError, TetMesh, TriangleMesh,
 };
 use nalgebra::Vector3;
-use sinew_num::ascending;
+use sinew_num::{ascending, connected_components};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -188,8 +189,8 @@ impl AnyMesh {
         self.boundary_facets().into_iter().flat_map(fan).unzip()
     }
 
-    /// Corners of the surface that lie on a cell without belonging to it, away from the corners of its facet, each with the first such cell: hanging nodes of a mesh
-    /// that does not conform, or parts that touch. Such parts move independently of each other. None of a body in two dimensions.
+    /// Nodes of the surface that lie on a cell without belonging to it, away from the corners of its facet, each with the first such cell: hanging nodes of a mesh
+    /// that does not conform, or parts that touch. Such parts move independently of each other. So do quadratic cells with an edge of two middle nodes.
     ///
     /// ```
     /// use sinew_mesh::{AnyMesh, TetMesh};
@@ -202,7 +203,19 @@ impl AnyMesh {
     pub fn hanging_nodes(&self) -> Vec<[usize; 2]> {
         /// Distance from the facet \[relative to its longest edge\]: files hold three digits at least.
         const NEAR: f64 = 1e-3;
-        let (triangles, cells) = self.boundary_triangles();
+        // Triangles between neighbouring nodes of the facets; sides of a plane body have no thickness.
+        let split: &[[usize; 3]] = match (self.element().dimension, self.element().nodes.len()) {
+            (2, 3) => &[[0, 1, 1]],
+            (2, _) => &[[0, 2, 2], [2, 1, 1]],
+            (_, 8) => &[[0, 1, 2], [0, 2, 3]],
+            (_, 10) => &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
+            _ => &[[0, 1, 2]],
+        };
+        let facets = self.boundary_facets().into_iter().flat_map(|facet| {
+            let nodes = self.nodes_of_facet(facet);
+            split.iter().map(move |corners| (corners.map(|k| nodes[k]), facet.cell))
+        });
+        let (triangles, cells): (Vec<_>, Vec<_>) = facets.unzip();
         let place = |node: usize| Vector3::from(self.points()[node]);
         let tree = SurfaceTree::of(triangles.iter().map(|nodes| nodes.map(place)).collect());
         let size = self.element().nodes.len();
@@ -211,7 +224,56 @@ impl AnyMesh {
             let others = below.filter(|&cell| !self.cells()[size * cell..][..size].contains(&node));
             others.min().map(|cell| [node, cell])
         };
-        ascending(triangles.as_flattened().iter().copied()).into_iter().filter_map(hangs).collect()
+        let nodes = ascending(triangles.as_flattened().iter().copied());
+        let edges = self.cells().chunks_exact(size).enumerate().flat_map(|(cell, nodes)| {
+            let quadratic = self.element().edges.iter().filter(|edge| edge.len() > 2);
+            quadratic.map(move |edge| {
+                let [a, b, middle] = [0, 1, 2].map(|k| nodes[edge[k]]);
+                ([a.min(b), a.max(b)], middle, cell)
+            })
+        });
+        let mut edges = ascending(edges);
+        edges.dedup_by_key(|(ends, middle, _)| (*ends, *middle));
+        let twice = edges.windows(2).filter(|pair| pair[0].0 == pair[1].0);
+        let twice = twice.map(|pair| [pair[1].1, pair[0].2]);
+        let mut hanging = ascending(twice.chain(nodes.into_iter().filter_map(hangs)));
+        hanging.dedup_by_key(|[node, _]| *node);
+        hanging
+    }
+
+    /// A cell of each part, joined by common nodes, that lies inside an odd number of others. Only one of two parts at one place is real.
+    ///
+    /// ```
+    /// use sinew_mesh::{AnyMesh, TetMesh, box_tetrahedra};
+    ///
+    /// let TetMesh { mut points, mut cells, .. } = box_tetrahedra([9.0; 3], [3; 3]);
+    /// let step = points.len();
+    /// points.extend(box_tetrahedra([1.0; 3], [1; 3]).points.iter().map(|x| x.map(|x| x + 4.2)));
+    /// cells.extend(box_tetrahedra([1.0; 3], [1; 3]).cells.iter().map(|cell| cell.map(|node| node + step)));
+    /// assert_eq!(AnyMesh::from(TetMesh::new(points, cells)?).enclosed_parts(), [6 * 27]);
+    /// # Ok::<(), sinew_mesh::Defect>(())
+    /// ```
+    pub fn enclosed_parts(&self) -> Vec<usize> {
+        let of_cells = || self.cells().chunks_exact(self.element().nodes.len());
+        let parts = connected_components(self.points().len(), of_cells());
+        let (triangles, _) = self.boundary_triangles();
+        if parts.len() < 2 || triangles.is_empty() {
+            return Vec::new();
+        }
+        let place = |node: usize| Vector3::from(self.points()[node]);
+        let tree = SurfaceTree::of(triangles.iter().map(|nodes| nodes.map(place)).collect());
+        let mut is_least = vec![false; self.points().len()];
+        parts.iter().for_each(|nodes| is_least[nodes[0]] = true);
+        // A ray leaves the part's own surface once more than it enters it, all others as often unless it begins inside.
+        let encloses = |nodes: &[usize]| {
+            let corners = &nodes[..self.element().corners];
+            let centre = corners.iter().map(|&node| place(node)).sum::<Vector3<f64>>();
+            tree.hits(centre / corners.len() as f64, ASKEW).len().is_multiple_of(2)
+        };
+        let firsts = of_cells()
+            .enumerate()
+            .filter(|(_, nodes)| nodes.iter().any(|&node| std::mem::take(&mut is_least[node])));
+        firsts.filter(|(_, nodes)| encloses(nodes)).map(|(cell, _)| cell).collect()
     }
 
     /// Moves every node.

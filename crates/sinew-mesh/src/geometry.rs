@@ -20,7 +20,7 @@ pub(crate) fn bounds(points: impl IntoIterator<Item = Vector3<f64>>) -> [Vector3
 }
 
 /// Direction along which few nodes of a grid lie side by side.
-const ASKEW: Vector3<f64> = Vector3::new(0.577, 0.211, 0.789);
+pub(crate) const ASKEW: Vector3<f64> = Vector3::new(0.577, 0.211, 0.789);
 
 /// Index of the first point at the place of each, within the shorter of the distances that both reach \[length\].
 pub(crate) fn merged(points: &[[f64; 3]], reach: impl Fn(usize) -> f64) -> Vec<usize> {

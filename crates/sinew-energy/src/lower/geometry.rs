@@ -2,6 +2,7 @@
 
 use super::{Setup, own_rule};
 use crate::error::listed;
+use crate::laws::Guccione;
 use crate::{Material, Scene, SceneError};
 use sinew_mesh::{Mesh, QuadraturePoint, folded_facets};
 use sinew_num::{Mat3, ascending, cross, dot3};
@@ -154,15 +155,15 @@ impl<const N: usize> Setup<'_, N> {
     /// Directions of nodes at the quadrature points.
     fn interpolated(&self, rows: &[[f64; 3]], needed: usize) -> Result<Vec<[f64; 3]>, SceneError> {
         let shapes: Vec<_> = self.rule.iter().map(|point| Mesh::<N>::shape(point.at)).collect();
+        let read = if needed > 1 && !self.reads_across() { 1 } else { needed };
         let mut directions = Vec::with_capacity(needed * self.mesh.cells.len() * shapes.len());
         for (cell, nodes) in self.mesh.cells.iter().enumerate() {
             for shape in &shapes {
                 let start = directions.len();
-                for direction in 0..needed {
+                for direction in 0..read {
                     let nodal = nodes.map(|node| rows[needed * node + direction]);
                     let (mean, is_determined) = interpolate(&nodal, shape);
-                    // Guccione's law reads three, and is independent of those across the first one.
-                    if !is_determined && (direction == 0 || needed < 3) {
+                    if !is_determined {
                         return Err(SceneError::Fibres(format!(
                             "nothing determines direction {direction} of cell {cell}: those of its nodes stand at right angles to each other; give one to each cell instead"
                         )));
@@ -172,9 +173,27 @@ impl<const N: usize> Setup<'_, N> {
                 if let Some((direction, length)) = orthonormalise(&mut directions[start..]) {
                     return Err(not_unit(cell, direction, length));
                 }
+                let frame = Guccione::frame(directions[start]);
+                directions.extend_from_slice(&frame[read..needed]);
             }
         }
         Ok(directions)
+    }
+
+    /// Whether the energy changes where the directions across the first one turn about it: Guccione's does not.
+    fn reads_across(&self) -> bool {
+        let parameters = &self.scene.parameters[..self.scene.material.parameters().len()];
+        let theta: Vec<f64> = parameters.iter().map(|p| p.range[1]).collect();
+        let h = Mat3::from_fn(|i, j| 0.01 * (1.0 + 2.0 * i as f64 + 5.0 * j as f64).sin());
+        let energy = |[c, s]: [f64; 2]| {
+            let frame = [[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]];
+            let directions = frame[..self.scene.material.law().directions].to_vec();
+            self.scene.material.with_directions(directions).energy(0, &theta, &h, None)
+        };
+        let [plain, turned] = [[1.0, 0.0], [0.6, 0.8]].map(energy);
+        // Written so that a NaN is a change as well.
+        let alike = (turned - plain).abs() <= 1e-9 * plain.abs();
+        !alike
     }
 }
 
@@ -211,14 +230,16 @@ const SQUARINGS: usize = 20;
 /// principal one of `Σ w d dᵀ`, and counts nothing at right angles to it.
 fn interpolate<const N: usize>(nodal: &[[f64; 3]; N], shape: &[f64; N]) -> ([f64; 3], bool) {
     let weighted = || nodal.iter().zip(shape);
+    // Directions within eight degrees of each other are turned along any of them as along the principal one.
+    let agree = nodal.iter().all(|d| dot3(d, &nodal[0]).abs() > 0.99);
     let mut power = Mat3::from_fn(|i, j| weighted().map(|(d, w)| w * d[i] * d[j]).sum::<f64>());
     // Tends to the projection on the principal direction.
-    for _ in 0..SQUARINGS {
+    for _ in 0..if agree { 0 } else { SQUARINGS } {
         let norm = power.squared_norm();
         power = Mat3::from_fn(|i, j| dot3(&power[i], &power[j]) / norm);
     }
     let longer = |a: [f64; 3], b: [f64; 3]| if dot3(&a, &a) < dot3(&b, &b) { b } else { a };
-    let principal = longer(longer(power[0], power[1]), power[2]);
+    let principal = if agree { nodal[0] } else { longer(longer(power[0], power[1]), power[2]) };
     let sense = 1f64.copysign(dot3(&principal, &nodal[0]));
     let mut sum = [0.0; 3];
     for (d, weight) in weighted() {
@@ -226,5 +247,5 @@ fn interpolate<const N: usize>(nodal: &[[f64; 3]; N], shape: &[f64; N]) -> ([f64
         let sign = if along.abs() > DIRECTION_TOLERANCE { along.signum() * sense } else { 0.0 };
         (0..3).for_each(|i| sum[i] += sign * weight * d[i]);
     }
-    (sum, power.squared_norm() > 0.99)
+    (sum, agree || power.squared_norm() > 0.99)
 }

@@ -1,11 +1,12 @@
 //! Scenes: what lowers, what is refused, and what the metrics say.
 
-use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
+use sinew_energy::laws::{Guccione, HolzapfelOgden, NeoHookean, Penalty};
 use sinew_energy::{
-    Barriers, Body, Fibres, Law, Load, Magnitude, Parameter, Prescribed, Sampling, Scene,
-    SceneError, Support, ThetaError, metrics,
+    Barriers, Body, Fibres, Guard, Invariants, Law, Load, Magnitude, Parameter, Prescribed,
+    Sampling, Scene, SceneError, ShapeEnergy, Solid, Support, ThetaError, metrics,
 };
 use sinew_mesh::{TetMesh, box_tetrahedra};
+use sinew_num::Scalar;
 
 fn parameter(name: &str) -> Parameter {
     Parameter { name: name.into(), unit: "kPa".into(), range: [1.0, 2.0], sampling: Sampling::Log }
@@ -329,6 +330,37 @@ fn nodal_directions_are_independent_of_the_numbering_of_nodes() {
     assert_eq!(energy([x, x, y, x], own), alike, "right angles count nothing in either sense");
     let error = lowered([x, y, y, x], own).unwrap_err().to_string();
     assert!(error.starts_with("nothing determines direction 0 of cell 0"), "{error}");
+}
+
+/// Resists strain along its second direction only.
+#[derive(Clone, Debug)]
+struct AlongSheets;
+
+impl ShapeEnergy<3> for AlongSheets {
+    const NAME: &'static str = "along sheets";
+    const PARAMETERS: &'static [&'static str] = &["C"];
+
+    fn density_of<S: Scalar, G: Guard>(&self, theta: &[S], i: &Invariants<S, 3>, _: &G) -> S {
+        theta[0].clone() * i.strain[1][1].clone().squared()
+    }
+}
+
+#[test]
+fn sheets_that_nothing_determines_are_refused_where_the_law_reads_them() {
+    fn lowered<L: Law<3>>(law: L, names: &[&str]) -> Result<Body, SceneError> {
+        let [x, y, z] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let mesh = box_tetrahedra([1.0; 3], [1; 3]);
+        let of = |at: &[f64; 3]| if at.iter().sum::<f64>() < 1.5 { [x, y, z] } else { [x, z, y] };
+        let material = law.along(mesh.points.iter().map(of).collect());
+        let scene = Scene::new(mesh, material).support(Support::clamped("x_min"));
+        names.iter().map(|name| parameter(name)).fold(scene, Scene::parameter).lower()
+    }
+    let error = lowered(Solid::new(AlongSheets, Penalty { bulk_modulus: 25.0 }), &["C"])
+        .unwrap_err()
+        .to_string();
+    assert!(error.starts_with("nothing determines direction 1 of cell 0"), "{error}");
+    let guccione = ["C", "b_f", "b_t", "b_fs"];
+    assert!(lowered(Guccione.nearly_incompressible(25.0), &guccione).is_ok());
 }
 
 #[test]

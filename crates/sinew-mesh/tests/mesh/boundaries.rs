@@ -181,6 +181,63 @@ fn nodes_hang_where_blocks_touch_or_overlap_without_common_nodes() {
 }
 
 #[test]
+fn nodes_hang_in_the_middle_of_edges_and_in_the_plane() {
+    let mut mesh = box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]).quadratic();
+    // The middle node of a common edge becomes two, at the same place or apart.
+    let (middle, copy) =
+        (mesh.points.iter().position(|x| *x == [0.5; 3]).unwrap(), mesh.points.len());
+    mesh.points.push([0.52; 3]);
+    let local = mesh.cells[3].iter().position(|node| *node == middle).unwrap();
+    mesh.cells[3][local] = copy;
+    assert_eq!(AnyMesh::from(mesh).hanging_nodes(), [[copy, 0]]);
+
+    // One quadratic block beside one of half the size: 25 nodes of the finer side, all nine of the coarser one among them.
+    let (mut mesh, fine) = (
+        box_tetrahedra([1.0; 3], [1; 3]).quadratic(),
+        box_tetrahedra([1.0; 3], [2; 3]).quadratic(),
+    );
+    let places: Vec<usize> = fine
+        .points
+        .iter()
+        .map(|x| {
+            let place = [x[0] + 1.0, x[1], x[2]];
+            mesh.points.iter().position(|own| *own == place).unwrap_or_else(|| {
+                mesh.points.push(place);
+                mesh.points.len() - 1
+            })
+        })
+        .collect();
+    mesh.cells.extend(fine.cells.iter().map(|cell| cell.map(|node| places[node])));
+    assert_eq!(AnyMesh::from(mesh).hanging_nodes().len(), 16);
+
+    let rectangle = |cells| rectangle_triangles([1.0; 2], [cells; 2]);
+    let (mut plane, beside) = (rectangle(1), rectangle(2));
+    let step = plane.points.len();
+    plane.points.extend(beside.points.iter().map(|[x, y, z]| [x + 1.0, *y, *z]));
+    plane.cells.extend(beside.cells.iter().map(|cell| cell.map(|node| node + step)));
+    let half = plane.points.iter().position(|x| *x == [1.0, 0.5, 0.0]).unwrap();
+    assert_eq!(
+        AnyMesh::from(plane).hanging_nodes().iter().map(|pair| pair[0]).collect::<Vec<_>>(),
+        [half]
+    );
+}
+
+#[test]
+fn parts_inside_of_others_are_found() {
+    let small = || box_hexahedra([1.0; 3], [2; 3]);
+    let inside = |by| joined(box_hexahedra([10.0; 3], [5; 3]), small(), by).enclosed_parts();
+    assert_eq!(inside([4.1, 4.2, 4.3]), [125]);
+    assert!(inside([11.0, 4.0, 4.0]).is_empty());
+    let turned = joined(small(), box_hexahedra([10.0; 3], [5; 3]), [-4.0; 3]);
+    assert_eq!(turned.enclosed_parts(), [0]);
+    // In the hollow of another it is in no cell.
+    let mut hollow = box_hexahedra([10.0; 3], [5; 3]);
+    hollow.cells.remove(62);
+    assert!(joined(hollow.clone(), small(), [4.5; 3]).enclosed_parts().is_empty());
+    assert_eq!(joined(hollow, small(), [2.5; 3]).enclosed_parts(), [124]);
+}
+
+#[test]
 fn no_node_of_a_generated_mesh_hangs() {
     // Thinner than the distance at which nodes hang.
     let sheet = box_tetrahedra([10.0, 1.0, 0.001], [5, 2, 1]);
@@ -195,5 +252,6 @@ fn no_node_of_a_generated_mesh_hangs() {
     ];
     for mesh in meshes {
         assert!(mesh.hanging_nodes().is_empty(), "{:?}", mesh.element());
+        assert!(mesh.enclosed_parts().is_empty(), "{:?}", mesh.element());
     }
 }

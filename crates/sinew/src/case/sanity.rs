@@ -49,7 +49,15 @@ fn contacts(mesh: &AnyMesh) -> impl Iterator<Item = String> {
             crossing.len()
         )
     });
-    hanging.into_iter().chain(crossing)
+    let enclosed = || {
+        let parts = mesh.enclosed_parts();
+        let cell = parts.first()?;
+        Some(format!(
+            "a part of it lies inside another one without common nodes, {} in all, with cell {cell} first; both count there: leave one out, or cut the place of the inner one out of the other",
+            parts.len()
+        ))
+    };
+    hanging.into_iter().chain(crossing.or_else(enclosed))
 }
 
 impl Case {

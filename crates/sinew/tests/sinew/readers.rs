@@ -183,25 +183,28 @@ supports = [{ clamped = "ends" }]
 mesh.file = "block.vtk"
 parameters = { mu = [8.0, 16.0], lambda = [8.0, 16.0] }
 [select.ends]
-any = [{ plane = { point = [0, 0, 0], normal = [1, 0, 0] } }, { nearest = [40, 0, 0] }, { nearest = [40, 10, 0] }, { nearest = [40, 0, 10] }]
+any = [{ plane = { point = [0, 0, 0], normal = [1, 0, 0] } }, { nearest = [40, 0, 0] }, { nearest = [40, 10, 0] }, { nearest = [40, 0, 10] }, { box = { min = [8, 3, 3], max = [9, 9, 9] } }]
 "#;
     let folder = tempfile::tempdir().unwrap();
-    let said = |by: [f64; 3]| {
+    let said = |by: [f64; 3], size: f64| {
         let (mut mesh, mut other) =
             (block(), sinew_mesh::box_tetrahedra([20.0, 10.0, 10.0], [4, 2, 2]));
         let step = mesh.points.len();
-        other.points.iter_mut().for_each(|x| (0..3).for_each(|i| x[i] += by[i]));
+        other.points.iter_mut().for_each(|x| (0..3).for_each(|i| x[i] = size * x[i] + by[i]));
         mesh.points.append(&mut other.points);
         mesh.cells.extend(other.cells.iter().map(|cell| cell.map(|node| node + step)));
         let (code, _, text) = solved(folder.path(), HELD, &vtk(&mesh, &[], ""));
         assert_eq!(code, Some(0), "{text}");
         text
     };
-    let touching = said([20.0, 0.0, 0.0]);
+    let touching = said([20.0, 0.0, 0.0], 1.0);
     assert!(touching.contains("5 of its nodes lie on cells"), "{touching}");
     assert!(!touching.contains("passes through itself"), "{touching}");
-    let overlapping = said([13.0, 1.0, 2.0]);
+    let overlapping = said([13.0, 1.0, 2.0], 1.0);
     assert!(overlapping.contains("passes through itself"), "{overlapping}");
-    let apart = said([30.0, 0.0, 0.0]);
+    let apart = said([30.0, 0.0, 0.0], 1.0);
     assert!(!apart.contains("lie on cells") && !apart.contains("passes through"), "{apart}");
+    assert!(!apart.contains("lies inside another"), "{apart}");
+    let inside = said([8.1, 3.2, 3.3], 0.2);
+    assert!(inside.contains("a part of it lies inside another one"), "{inside}");
 }
