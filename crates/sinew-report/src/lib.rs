@@ -45,7 +45,7 @@ mod viewer;
 
 pub use distribution::{Distribution, density};
 pub use error::ReportError;
-pub use picture::{Chart, Figure, Level, Map, Panel, Series, Style, SurfaceCase, Surfaces};
+pub use picture::{Chart, Figure, Level, Series, Style, SurfaceCase, Surfaces};
 pub use report::{Block, Provenance, Report, SCHEMA, Section};
 pub use table::{Cell, Column, Row, Table, Value, Verdict};
 pub use viewer::{

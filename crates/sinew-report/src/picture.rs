@@ -1,4 +1,4 @@
-//! Drawings as data: charts of curves and points, maps of colours, surfaces of a body.
+//! Drawings as data: charts of curves and points, surfaces of a body.
 
 use crate::format::{digits, rounded, seconds};
 use crate::{Cell, Column, ReportError, Table};
@@ -11,18 +11,8 @@ pub struct Figure {
     pub title: String,
     /// Caption; may be empty.
     pub caption: String,
-    /// Drawings of the figure.
-    pub panels: Vec<Panel>,
-}
-
-/// One drawing.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Panel {
-    /// Curves and points between two axes.
-    Chart(Chart),
-    /// Colours over a rectangle.
-    Map(Map),
+    /// Its charts.
+    pub panels: Vec<Chart>,
 }
 
 /// Curves and points between two axes.
@@ -131,23 +121,6 @@ impl Chart {
         }
         chart
     }
-}
-
-/// Values on a grid over a rectangle.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Map {
-    /// Title.
-    pub title: String,
-    /// Names of the axes.
-    pub axes: [String; 2],
-    /// Ends of the axes.
-    pub ranges: [[f64; 2]; 2],
-    /// Values at points of the second axis from low to high, each over the first axis; none outside of the domain.
-    pub rows: Vec<Vec<Option<f64>>>,
-    /// Values of the lowest and highest colour.
-    pub scale: [f64; 2],
-    /// Named points: the first with circles, the others with crosses.
-    pub marks: Vec<(String, Vec<[f64; 2]>)>,
 }
 
 /// Pairs of numbers, of which those that are not finite are `null` in the file and NaN when read back.

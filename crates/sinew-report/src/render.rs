@@ -1,12 +1,11 @@
 //! The page: one file, made from the data alone.
 
 mod chart;
-mod map;
 mod table;
 
 use crate::format::{digits, seconds};
 use crate::viewer::{self, Packed, Quantity, Source, Viewer, ViewerCase};
-use crate::{Block, Figure, Panel, Report, Section, Surfaces};
+use crate::{Block, Figure, Report, Section, Surfaces};
 use chart::Palette;
 use maud::{Markup, Render, html};
 
@@ -111,17 +110,11 @@ fn block(block: &Block, palette: &Palette) -> Markup {
 }
 
 fn figure(figure: &Figure, palette: &Palette) -> Markup {
-    let maps = figure.panels.iter().all(|panel| matches!(panel, Panel::Map(_)));
     let wide = figure.panels.len() == 1;
     html! {
         h3 { (figure.title) }
         @if !figure.caption.is_empty() { p.note { (figure.caption) } }
-        div.panels.maps[maps].wide[wide && !maps] { @for panel in &figure.panels {
-            @match panel {
-                Panel::Chart(chart) => { (chart::chart(chart, palette, wide)) }
-                Panel::Map(map) => { (map::map(map)) }
-            }
-        } }
+        div.panels.wide[wide] { @for chart in &figure.panels { (chart::chart(chart, palette, wide)) } }
     }
 }
 

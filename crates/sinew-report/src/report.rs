@@ -1,6 +1,6 @@
 //! The report as a whole, and its provenance.
 
-use crate::{Cell, Figure, Panel, Surfaces, Table};
+use crate::{Cell, Figure, Surfaces, Table};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,7 +8,7 @@ use std::process::Command;
 use std::time::SystemTime;
 
 /// Version of `report.json`, raised with any change of its fields (`docs/report-schema.md`).
-pub const SCHEMA: u32 = 3;
+pub const SCHEMA: u32 = 4;
 
 /// A result: what it was made with, and sections of text, tables and drawings.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -63,7 +63,7 @@ pub enum Block {
         /// Cells, row by row.
         rows: Vec<Vec<Cell>>,
     },
-    /// Drawings.
+    /// Charts.
     Figure(Figure),
     /// Surfaces coloured by a value.
     Surfaces(Surfaces),
@@ -76,8 +76,8 @@ impl Block {
         caption: impl Into<String>,
         charts: impl IntoIterator<Item = crate::Chart>,
     ) -> Self {
-        let panels = charts.into_iter().map(Panel::Chart).collect();
-        Self::Figure(Figure { title: title.into(), caption: caption.into(), panels })
+        let (title, caption) = (title.into(), caption.into());
+        Self::Figure(Figure { title, caption, panels: charts.into_iter().collect() })
     }
 }
 

@@ -123,15 +123,6 @@ pub(crate) fn training(quick: bool, seed: u64, folder: &Path, resume: bool) -> T
     }
 }
 
-/// Smallest and largest value of the rows of a map.
-pub(crate) fn range(rows: &[Vec<Option<f64>>]) -> [f64; 2] {
-    let values = rows.iter().flatten().flatten().filter(|value| value.is_finite());
-    let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
-        [low.min(*value), high.max(*value)]
-    });
-    if ends[0] <= ends[1] { ends } else { [0.0, 1.0] }
-}
-
 /// Values up to which shares of all lie.
 pub(crate) fn quantiles<T: Copy + PartialOrd, const N: usize>(
     mut values: Vec<T>,

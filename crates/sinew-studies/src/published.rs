@@ -2,7 +2,7 @@
 
 use sinew::Comparison;
 use sinew_emulate::METRICS;
-use sinew_report::{Block, Level, Panel, Section};
+use sinew_report::{Block, Level, Section};
 
 /// Median errors that a source prints for a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,10 +44,8 @@ impl Published {
                         "Error over training time" => (false, METRICS.len()),
                         _ => continue,
                     };
-                    for (error, panel) in figure.panels.iter_mut().take(most).enumerate() {
-                        if let Panel::Chart(chart) = panel {
-                            chart.levels.extend(self.levels(error, upright, &methods));
-                        }
+                    for (error, chart) in figure.panels.iter_mut().take(most).enumerate() {
+                        chart.levels.extend(self.levels(error, upright, &methods));
                     }
                 }
                 _ => {}

@@ -1,7 +1,7 @@
 //! Curves and points, drawn by kuva in colours of the page's style.
 
 use crate::format::{digits, power_of_ten, trimmed};
-use crate::{Block, Chart, Panel, Report, Series, Style};
+use crate::{Block, Chart, Report, Series, Style};
 use kuva::plot::annotations::ReferenceLine;
 use kuva::prelude::{
     BandPlot, Layout, LegendPosition, LinePlot, LineStyle, MarkerShape, Plot, ScatterPlot,
@@ -306,9 +306,6 @@ impl<'a> Palette<'a> {
 
 fn names_drawn(block: &Block) -> Vec<&str> {
     let Block::Figure(figure) = block else { return Vec::new() };
-    let charts = figure.panels.iter().filter_map(|panel| match panel {
-        Panel::Chart(chart) => Some(chart),
-        Panel::Map(_) => None,
-    });
-    charts.flat_map(|chart| &chart.series).map(|series| series.name.as_str()).collect()
+    let series = figure.panels.iter().flat_map(|chart| &chart.series);
+    series.map(|series| series.name.as_str()).collect()
 }

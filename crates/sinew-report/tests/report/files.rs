@@ -14,8 +14,8 @@ fn json_round_trip_is_exact_and_wrong_files_are_refused() {
     assert!(
         matches!(Report::from_json(&negative), Err(ReportError::Number(field, _)) if field == "DD-GNN: train")
     );
-    let newer = text.replacen("\"schema\":3", "\"schema\":4", 1);
-    assert!(matches!(Report::from_json(&newer), Err(ReportError::Schema(4, _))));
+    let newer = text.replacen("\"schema\":4", "\"schema\":5", 1);
+    assert!(matches!(Report::from_json(&newer), Err(ReportError::Schema(5, _))));
     assert!(matches!(Report::from_json("{"), Err(ReportError::Json(_))));
     let hostile = text.replacen("\"triangles\":[[0,1,2]", "\"triangles\":[[0,1,77]", 1);
     assert!(matches!(Report::from_json(&hostile), Err(ReportError::Triangle(0, 77, 4))));

@@ -1,8 +1,8 @@
 //! A report that has everything.
 
 use sinew_report::{
-    Block, Cell, Chart, Column, Distribution, Figure, Level, Map, Panel, Provenance, Report, Row,
-    Section, Series, Style, Surfaces, Table, Value,
+    Block, Cell, Chart, Column, Distribution, Level, Provenance, Report, Row, Section, Series,
+    Style, Surfaces, Table, Value,
 };
 
 const METHODS: [&str; 4] = ["DD-GNN", "PI-GNN", "FEM <cold>", "FEM warm"];
@@ -68,13 +68,8 @@ pub(crate) fn report() -> Report {
     };
     let table = table();
     let figures = [
-        Block::charts("Speed", "", [Chart::speed_against_error(&table, 0)]),
+        Block::charts("a < b", "a <caption>", [Chart::speed_against_error(&table, 0)]),
         Block::charts("Densities", "", [0, 1].map(|error| densities(&table, error))),
-        Block::Figure(Figure {
-            title: "Maps".into(),
-            caption: "a <caption>".into(),
-            panels: vec![Panel::Map(map())],
-        }),
         Block::Surfaces(surfaces()),
     ];
     let mut report = Report::new("Once<Clamped>Beam", "a <beam> & gravity", provenance);
@@ -84,20 +79,6 @@ pub(crate) fn report() -> Report {
     let blocks = [summary, Block::Table(table)].into_iter().chain(figures).collect();
     report.sections.push(Section { name: "once".into(), title: "Once & more".into(), blocks });
     report
-}
-
-pub(crate) fn map() -> Map {
-    Map {
-        title: "a < b".into(),
-        axes: ["x".into(), "y".into()],
-        ranges: [[0.0, 1.0], [0.0, 2.0]],
-        rows: vec![vec![Some(0.0), Some(0.0), Some(1.0), None]; 2],
-        scale: [0.0, 1.0],
-        marks: vec![
-            ("u observed".into(), vec![[0.5, 0.5]]),
-            ("equation imposed".into(), vec![[0.2, 1.0]]),
-        ],
-    }
 }
 
 pub(crate) fn surfaces() -> Surfaces {

@@ -2,21 +2,18 @@
 
 use crate::gp::inference::{Inference, Observed};
 use crate::gp::row::Row;
-use crate::program;
-use sinew_gp::{Conditional, Domain, Fit, GpError, Prediction};
+use sinew_gp::{Conditional, Domain, Fit, GpError};
 use sinew_report::format;
-use sinew_report::{Chart, Distribution, Figure, Level, Map, Panel, Series, Style};
+use sinew_report::{Chart, Distribution, Figure, Level, Series, Style};
 
 /// Half-width of a 95 % band in standard deviations.
 pub(crate) const BAND: f64 = 1.959_964;
-/// Points per axis of maps, and of curves.
-const MAP_POINTS: usize = 41;
+/// Points of a curve.
 const CURVE_POINTS: usize = 101;
-/// Size of maps and curves in a check.
+/// Points of a curve in a check.
 const FEW_POINTS: usize = 11;
 
-/// Solution, posterior mean, error and band: as curves on an interval, else as maps over the first
-/// two axes, the others at their upper ends.
+/// Solution and posterior mean with its band: on an interval, else along the first axis through the middle of the domain.
 pub(crate) fn posterior<const D: usize>(
     inference: &Inference<D>,
     conditional: &Conditional<D>,
@@ -26,28 +23,19 @@ pub(crate) fn posterior<const D: usize>(
     let (setting, scale) = (&inference.setting, inference.scale);
     let domain = setting.problem.domain();
     let label = inference.approach.method().label();
-    let slice = (D > 1).then(|| Slice::of(domain, scale.pick(MAP_POINTS, FEW_POINTS)));
-    let curve_points = || domain.grid(scale.pick(CURVE_POINTS, FEW_POINTS));
-    let points = slice.as_ref().map_or_else(curve_points, |slice| slice.points.clone());
+    let points = along_first(domain, scale.pick(CURVE_POINTS, FEW_POINTS));
     let prediction = conditional.predict(&points)?;
     let exact: Vec<f64> = points.iter().map(|x| (setting.solution)(*x)).collect();
-    let panels = match slice {
-        None => {
-            let title = format!("{label}: u with its 95 % band");
-            let chart = Chart::new(title, [&domain.names()[0], "u"], [false; 2]);
-            let band = band(&prediction.mean, &prediction.standard_deviation);
-            let marks = observed.collocation.iter().map(|x| [x[0], (setting.solution)(*x)]);
-            vec![Panel::Chart(
-                chart
-                    .with(curve("exact", &points, &exact))
-                    .with(Series { band, ..curve(label, &points, &prediction.mean) })
-                    .with(Series::new("equation imposed", Style::Points, marks)),
-            )]
-        }
-        Some(slice) => maps(label, &slice, (&exact, &prediction), observed),
-    };
-    let at = domain.names().iter().zip(domain.ends().map(|[_, upper]| upper)).skip(2);
-    let above: String = at.map(|(name, end)| format!(" at {name} = {end}")).collect();
+    let title = format!("{label}: u with its 95 % band");
+    let band = band(&prediction.mean, &prediction.standard_deviation);
+    let marks = observed.collocation.iter().filter(|_| D == 1);
+    let marks = marks.map(|x| [x[0], (setting.solution)(*x)]);
+    let chart = Chart::new(title, [&domain.names()[0], "u"], [false; 2])
+        .with(curve("exact", &points, &exact))
+        .with(Series { band, ..curve(label, &points, &prediction.mean) })
+        .with(Series::new("equation imposed", Style::Points, marks));
+    let at = domain.names().iter().zip(points[0]).skip(1);
+    let line: String = at.map(|(name, x)| format!(" at {name} = {x:.3}")).collect();
     let theta: String = setting
         .truth
         .iter()
@@ -56,34 +44,22 @@ pub(crate) fn posterior<const D: usize>(
         })
         .collect();
     Ok(Figure {
-        title: format!("{}{above}, {label}{theta}", setting.name),
+        title: format!("{}{line}, {label}{theta}", setting.name),
         caption: String::new(),
-        panels,
+        panels: vec![chart],
     })
 }
 
-/// Maps of the solution, its mean, error and band over two axes.
-fn maps<const D: usize>(
-    label: &str,
-    slice: &Slice<D>,
-    (exact, Prediction { mean, standard_deviation }): (&[f64], &Prediction),
-    observed: &Observed<D>,
-) -> Vec<Panel> {
-    let error: Vec<f64> = exact.iter().zip(mean).map(|(u, m)| (u - m).abs()).collect();
-    let width: Vec<f64> = standard_deviation.iter().map(|s| BAND * s).collect();
-    let shared = program::range(&slice.rows(exact));
-    let places = [("u observed", &observed.places), ("equation imposed", &observed.collocation)];
-    let marks = places
-        .map(|(name, places)| (name.into(), places.iter().map(|x| [x[0], x[1]]).collect()))
-        .to_vec();
-    [
-        slice.map("u exact", exact, Some(shared)),
-        Map { marks, ..slice.map(&format!("{label}: û and data"), mean, Some(shared)) },
-        slice.map(&format!("{label}: |u − û|"), &error, None),
-        slice.map(&format!("{label}: half-width of the 95 % band"), &width, None),
-    ]
-    .map(Panel::Map)
-    .to_vec()
+/// Points of a domain along its first axis, through the middle of the others.
+fn along_first<const D: usize>(domain: &Domain<D>, count: usize) -> Vec<[f64; D]> {
+    let middle = domain.ends().map(|[low, high]| 0.5 * (low + high));
+    let [low, high] = domain.ends()[0];
+    let point = |k: usize| {
+        let mut point = middle;
+        point[0] = low + (high - low) * k as f64 / (count - 1) as f64;
+        point
+    };
+    (0..count).map(point).filter(|point| domain.contains(*point)).collect()
 }
 
 /// The equation's first parameter after each iteration, from every start (Fig. 4.9).
@@ -100,7 +76,7 @@ pub(crate) fn traces<const D: usize>(inference: &Inference<D>, fit: &Fit<D>) -> 
     Figure {
         title: format!("{}, {}: restarts", inference.setting.name, method.label()),
         caption: "Dashed: the true value.".into(),
-        panels: vec![Panel::Chart(Chart {
+        panels: vec![Chart {
             series: lines.collect(),
             levels: truth.map(|truth| level(truth.value)).into_iter().collect(),
             ..Chart::new(
@@ -108,7 +84,7 @@ pub(crate) fn traces<const D: usize>(inference: &Inference<D>, fit: &Fit<D>) -> 
                 ["iteration", truth.map_or("θ", |truth| &truth.name)],
                 [false, true],
             )
-        })],
+        }],
     }
 }
 
@@ -125,57 +101,6 @@ fn rounded(value: f64) -> f64 {
 fn band(mean: &[f64], deviation: &[f64]) -> Vec<[f64; 2]> {
     let ends = mean.iter().zip(deviation);
     ends.map(|(m, s)| [m - BAND * s, m + BAND * s].map(rounded)).collect()
-}
-
-/// A grid over the first two axes.
-struct Slice<const D: usize> {
-    points: Vec<[f64; D]>,
-    /// Number of the point at each place of the grid, row by row along the second axis.
-    places: Vec<Option<usize>>,
-    /// Places in a row.
-    count: usize,
-    names: [String; 2],
-    ranges: [[f64; 2]; 2],
-}
-
-impl<const D: usize> Slice<D> {
-    fn of(domain: &Domain<D>, count: usize) -> Self {
-        let [from, to] = [0, 1].map(|end| domain.ends().map(|ends| ends[end]));
-        let coordinate = |axis: usize, k: usize| {
-            from[axis] + (to[axis] - from[axis]) * k as f64 / (count - 1) as f64
-        };
-        let mut points = Vec::new();
-        let mut place = |at: usize| {
-            let mut point = to;
-            (point[0], point[1]) = (coordinate(0, at % count), coordinate(1, at / count));
-            domain.contains(point).then(|| {
-                points.push(point);
-                points.len() - 1
-            })
-        };
-        let places = (0..count * count).map(&mut place).collect();
-        let names = [0, 1].map(|axis| domain.names()[axis].clone());
-        let ranges = [0, 1].map(|axis| [from[axis], to[axis]]);
-        Self { points, places, count, names, ranges }
-    }
-
-    fn rows(&self, values: &[f64]) -> Vec<Vec<Option<f64>>> {
-        let value = |place: &Option<usize>| place.map(|number| rounded(values[number]));
-        self.places.chunks(self.count).map(|row| row.iter().map(value).collect()).collect()
-    }
-
-    fn map(&self, title: &str, values: &[f64], scale: Option<[f64; 2]>) -> Map {
-        let rows = self.rows(values);
-        Map {
-            title: title.into(),
-            axes: self.names.clone(),
-            ranges: self.ranges,
-            // Errors and widths are seen against zero.
-            scale: scale.unwrap_or([0.0, program::range(&rows)[1]]),
-            rows,
-            marks: Vec::new(),
-        }
-    }
 }
 
 /// An error over the number of data: one line per method through the medians of the rows, within their range.

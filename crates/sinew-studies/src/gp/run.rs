@@ -193,7 +193,7 @@ fn gather(
     Ok(Some(section(name.key(), experiment.title, experiment.about, &rows, figures)?))
 }
 
-const DEFINITIONS: [(&str, &str); 4] = [
+const DEFINITIONS: [(&str, &str); 3] = [
     (
         "HCGP, PCGP, UCGP",
         "Gaussian process with the boundary conditions built in, with N_b pseudo-observations of them, without them",
@@ -204,7 +204,6 @@ const DEFINITIONS: [(&str, &str); 4] = [
         "least squares for θ alone with the exact solutions of the equation, on the same values: what no method that \
          knows but equation and conditions can be expected to beat on average",
     ),
-    ("maps", "circles: u observed; crosses: equation imposed"),
 ];
 
 /// Repeat the thesis' experiments with Gaussian processes and networks that satisfy boundary conditions exactly

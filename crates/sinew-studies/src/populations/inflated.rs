@@ -13,13 +13,13 @@ use super::simulated::{Compared, Simulated, Targets};
 use super::stage::INFLATED as KEY;
 use super::variant::{Inputs, Variant};
 use super::{stage, verdict};
-use crate::program::{self, cpu_seconds};
+use crate::program::cpu_seconds;
 use anyhow::{Context, Result, ensure};
 use methods::{COARSE, COARSE_FULL, Data, PACE, coarse_alone, one_stiffness};
 use serde::{Deserialize, Serialize};
 use sinew_gnn::{Activation, Surrogate};
 use sinew_mesh::VentricleShape;
-use sinew_report::{Block, Chart, Column, Distribution, Figure, Map, Panel, Row, Section, Table};
+use sinew_report::{Block, Chart, Column, Distribution, Row, Section, Table};
 use std::ops::Range;
 use std::time::Instant;
 use ventricle::Ventricles;
@@ -39,8 +39,6 @@ struct Study {
     one_shape: Vec<Measured>,
     #[serde(default)]
     volumes: Vec<Measured>,
-    /// log₁₀ of the median error \[mm\] over b, each over a.
-    map: Vec<Vec<Option<f64>>>,
     embedding: Option<Chart>,
 }
 
@@ -71,7 +69,6 @@ pub(super) fn section(options: &Options) -> Result<Section> {
     }
     blocks.extend(who_wins);
     if let Some(embedding) = study.embedding {
-        blocks.push(Block::Figure(figure(study.map)));
         let about = "Embeddings of a ventricle's nodes, by their place from apex to base.";
         blocks.push(Block::charts("What nodes are to the network", about, [embedding]));
     }
@@ -117,25 +114,6 @@ fn ranked(row: &Measured) -> Vec<usize> {
     let mut cases: Vec<usize> = (0..row.volumes.len()).collect();
     cases.sort_by(|&a, &b| row.volumes[a].total_cmp(&row.volumes[b]));
     cases
-}
-
-/// Errors over two parameters.
-fn figure(rows: Vec<Vec<Option<f64>>>) -> Figure {
-    let range = [0.1f64, 10.0].map(f64::log10);
-    let map = Map {
-        title: "log₁₀ of the median err_u [mm]".into(),
-        axes: ["log₁₀ a [kPa]", "log₁₀ b"].map(String::from),
-        ranges: [range, range],
-        scale: program::range(&rows),
-        rows,
-        marks: Vec::new(),
-    };
-    Figure {
-        title: "Errors over two parameters".into(),
-        caption: "Of the network about the coarse solution on one shape, a_f = 1 kPa, b_f = 1."
-            .into(),
-        panels: vec![Panel::Map(map)],
-    }
 }
 
 /// Ventricles of the population by their number. Those to test stay the same when more are drawn.
@@ -248,9 +226,6 @@ fn networks(options: &Options, data: &Data<'_>, study: &mut Study) -> Result<()>
         if study.embedding.is_none() {
             study.embedding = Some(found.embedding);
             study.facts.extend(found.facts);
-        }
-        if study.map.is_empty() {
-            study.map = found.map;
         }
     }
     Ok(())

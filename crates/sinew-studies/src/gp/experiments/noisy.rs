@@ -9,7 +9,7 @@ use crate::gp::row::{Method, Row};
 use crate::gp::{draw, lines};
 use anyhow::Result;
 use sinew_gp::Evidence;
-use sinew_report::{Figure, Panel};
+use sinew_report::Figure;
 
 /// 25 noisy values and 25 collocation points on a rod.
 pub(super) fn heat_1(scale: Scale) -> Result<Experiment> {
@@ -119,7 +119,7 @@ pub(super) fn more_data(rows: &[Row]) -> Figure {
     Figure {
         title: "More data (Fig. 4.10 c, d)".into(),
         caption: "Medians over the data sets, and their range.".into(),
-        panels: charts.map(Panel::Chart).into(),
+        panels: charts.into(),
     }
 }
 

@@ -17,7 +17,7 @@ use sinew_gp::{
     Conditional, Data, Domain, Evidence, Functional, GpError, Model, Noise, Operator, Prior,
     Problem, constant, squared_exponential,
 };
-use sinew_report::{Chart, Figure, Panel, Series, Style};
+use sinew_report::{Chart, Figure, Series, Style};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -79,10 +79,10 @@ fn prior_samples(setting: &Setting<1>, task: &Task) -> Result<Figure, GpError> {
     Ok(Figure {
         title: "Prior of the HCGP (Fig. 4.3 a)".into(),
         caption: "Every function satisfies u(0) = u′(0) = 0 and u′(2) = u(2).".into(),
-        panels: vec![Panel::Chart(Chart {
+        panels: vec![Chart {
             series: lines.collect(),
             ..Chart::new("functions drawn from the prior", ["x", "u"], [false; 2])
-        })],
+        }],
     })
 }
 
@@ -136,7 +136,7 @@ fn two_starts(setting: &Setting<1>, scale: Scale, seed: u64) -> Result<Figure> {
             let marks = places.iter().map(|[x]| [*x, -2.0]);
             chart.series.push(Series::new("equation imposed", Style::Points, marks));
         }
-        Panel::Chart(chart)
+        chart
     };
     let exact = |of: &dyn Fn([f64; 1]) -> f64| points.iter().map(|x| of(*x)).collect();
     let [first, second] = &networks;
@@ -281,7 +281,7 @@ fn run_pinn(method: Method, scale: Scale, task: &Task) -> Result<Run> {
         let exact: Vec<f64> = grid.iter().map(|[x]| exact(*x)).collect();
         let chart = Chart::new(format!("{}: {title}", method.label()), ["x", symbol], [false; 2]);
         let exact = draw::curve("exact", &grid, &exact);
-        Panel::Chart(chart.with(exact).with(draw::curve(method.label(), &grid, &values)))
+        chart.with(exact).with(draw::curve(method.label(), &grid, &values))
     };
     let figure = || Figure {
         title: format!("{} (Fig. 1.4)", method.label()),

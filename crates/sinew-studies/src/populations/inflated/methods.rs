@@ -29,8 +29,6 @@ pub(super) const COARSE_FULL: Pace = Pace { embedding_share: 0.1, frozen_encoder
 const TRANSFER: Pace = Pace { batch: 8, embedding_share: 0.0, ..Pace::of(1500, 1e-3) };
 /// Simulations of one shape: to go on with, to choose weights, and to test with.
 const ONE_SHAPE: [usize; 3] = [85, 15, 100];
-/// Points of the map along each parameter.
-const POINTS: usize = 8;
 
 /// Data of the study.
 pub(super) struct Data<'a> {
@@ -95,24 +93,6 @@ impl Data<'_> {
         Ok(OneShape { training, validation, tested })
     }
 
-    /// Errors over the first two parameters, the others in the middle.
-    fn map(
-        &self,
-        numbers: &[f64],
-        found: impl Fn(&Ventricle) -> Result<Vec<f64>>,
-    ) -> Result<Vec<Vec<Option<f64>>>> {
-        let points = if self.compared.options.quick { 2 } else { POINTS };
-        let at = |k: usize| 10f64.powf(-1.0 + 2.0 * (k as f64 + 0.5) / points as f64);
-        let cell = |a: usize, b: usize| -> Result<Option<f64>> {
-            let solved = self.ventricles.at(numbers, &[vec![at(a), at(b), 1.0, 1.0]])?;
-            let Some(ventricle) = solved.first() else { return Ok(None) };
-            let errors = Distribution::of(ventricle.distances(&found(ventricle)?));
-            Ok(errors.map(|errors| errors.q50.log10()))
-        };
-        let row = |b: usize| (0..points).map(|a| cell(a, b)).collect();
-        (0..points).map(row).collect()
-    }
-
     /// CPU times of answers for a shape that changes and for one that stays \[s\] (Table 2.1).
     pub(super) fn answer_times(
         &self,
@@ -155,8 +135,6 @@ pub(super) struct OneShape {
 pub(super) struct FineTuned {
     /// Unchanged, and trained further.
     pub rows: Vec<Measured>,
-    /// log₁₀ of the median error \[mm\] over b, each over a, of a network about the coarse solution.
-    pub map: Vec<Vec<Option<f64>>>,
     pub embedding: Chart,
     pub facts: [(String, String); 2],
 }
@@ -194,17 +172,13 @@ impl OneShape {
         let embedding_share = if told.coarse { 1.0 } else { 0.0 };
         let compared = self.compared(data, Pace { embedding_share, ..TRANSFER });
         let unchanged = compared.measured([&names[0], about], (0.0, 0), told, &found)?;
-        let map = match told.coarse {
-            true => data.map(&data.compared.unseen[0].numbers, &found)?,
-            false => Vec::new(),
-        };
         let about = format!("the same on {} simulations of this shape", self.training.len());
         let from = |data: &DataSet| Ok(surrogate.transferred_to(data)?);
         let (trained, _) = compared.trained([&names[1], &about], from, told, &topology)?;
         let mut rows = vec![unchanged, trained];
         rows.iter_mut().for_each(of_one_shape);
         let (embedding, fact) = data.compared.embedding((&variant, surrogate), &topology, 2)?;
-        Ok(FineTuned { rows, map, embedding, facts: [fact, data.times(&variant, surrogate)?] })
+        Ok(FineTuned { rows, embedding, facts: [fact, data.times(&variant, surrogate)?] })
     }
 }
 
