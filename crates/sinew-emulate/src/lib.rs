@@ -107,9 +107,8 @@ pub use store::record::{Calibration, Candidate, Choice, CurvePoint, Kept, Record
 
 /// Parts that recipes outside of this crate are made of, such as those of networks.
 pub mod parts {
-    pub use crate::estimate::evaluate::root_mean_square;
-    pub use crate::estimate::evaluate::timed;
-    pub use crate::parameters::{not_finite, require_finite, scaling};
+    pub use crate::estimate::evaluate::{root_mean_square, timed};
+    pub use crate::parameters::{not_finite, scaling};
     pub use crate::predict::taylor::{admissible, expand, with_anchors, work};
     pub use crate::recipe::session::{Session, Stream};
     pub use crate::recipe::train_with;

@@ -60,7 +60,7 @@ pub(crate) fn check_body(body: &Body) -> Result<()> {
 }
 
 /// Requires finite displacements, equally many for each θ. The error names the parameter farthest outside its range.
-pub fn require_finite(body: &Body, thetas: &[Vec<f64>], displacement: &[f64]) -> Result<()> {
+pub(crate) fn require_finite(body: &Body, thetas: &[Vec<f64>], displacement: &[f64]) -> Result<()> {
     let length = (displacement.len() / thetas.len().max(1)).max(1);
     let lost = displacement.iter().position(|u| !u.is_finite());
     lost.map_or(Ok(()), |index| Err(not_finite(body, &thetas[index / length])))

@@ -1,11 +1,11 @@
 //! Graph-network emulators of soft-tissue mechanics, trained on simulations or on potential energy.
 //!
-//! A soft bar, emulated by the recipe of lowest error on held-out simulations, a network among the candidates:
+//! A soft bar, emulated by a regression; `PhysicsInformed` and `DataDriven` in its place train networks:
 //!
 //! ```
 //! use sinew_emulate::TrainingOptions;
 //! use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
-//! use sinew_gnn::Recipe;
+//! use sinew_gnn::{Recipe, recipe::Regression};
 //!
 //! let body = Scene::new(sinew_mesh::box_tetrahedra([40.0, 8.0, 8.0], [6, 2, 2]), NeoHookean)
 //!     .parameter(Parameter::log("mu", "kPa", 8.0..=16.0))
@@ -13,16 +13,16 @@
 //!     .load(Load::BodyForce([0.0, 0.0, -9.8e-3])) // 1 g/cm³ · 9.8 m/s² [kPa/mm]
 //!     .support(Support::clamped("x_min"))
 //!     .lower()?;
-//! let emulator = Recipe::auto().train(&body, &TrainingOptions::default(), &mut ())?;
-//! println!("{}", emulator.record.choice.as_ref().ok_or("auto chooses")?);
+//! let recipe = Recipe::from(Regression::default());
+//! let emulator = recipe.train(&body, &TrainingOptions::default(), &mut ())?;
+//! println!("{}", emulator.record.choice.as_ref().ok_or("a number of simulations was chosen")?);
 //! let prediction = emulator.predict(&[vec![10.0, 12.0]])?;
 //! assert!(emulator.estimate(&prediction, 0)?.distance.ok_or("an equilibrium is near")?.mean < 1e-3); // mm
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! [`Recipe`] names all recipes: networks ([`recipe::DataDriven`], [`recipe::PhysicsInformed`]), regression
-//! ([`recipe::Regression`]), the Taylor expansion ([`Recipe::Taylor`]), and [`recipe::Auto`], which chooses by errors on held-out cases. [`load`] reads an
-//! emulator from its folder.
+//! ([`recipe::Regression`]) and the Taylor expansion ([`Recipe::Taylor`]). [`load`] reads an emulator from its folder.
 //!
 //! # Parts
 //!
@@ -104,12 +104,10 @@
 //! \hat u_d(X_i;\theta) = \psi_d\Bigl(z_\theta, z_{\text{global}}, \bigl[v_i, \textstyle\sum_s e_{is}\bigr]\Bigr)
 //! ```
 //!
-//! Losses: supervised ([`DataFit`], thesis (3.11)), with deformation gradients ([`DataFit::with_gradients`], (B.1)), and
-//! physics-informed, without simulations ([`MinimumPotential`], (3.12) and (3.16)):
+//! Losses: supervised ([`DataFit`], thesis (3.11)) and physics-informed, without simulations ([`MinimumPotential`], (3.12) and (3.16)):
 //!
 //! ```math
 //! \mathcal L_{\text{data}} = \operatorname{mean}_i \|u_i - \hat u_i\|, \quad
-//! \mathcal L_{F} = \mathcal L_{\text{data}} + w \operatorname{mean}_e \|F_e - \hat F_e\|_F, \quad
 //! \mathcal L_K = \sqrt{(u-\hat u)^{\mathsf T} K (u-\hat u)}, \quad
 //! \mathcal L_\Pi = \Pi(\hat u;\theta)
 //! ```
@@ -141,7 +139,7 @@ pub use fused::Activation;
 pub use graph::Graph;
 pub use graph_network::{Embedding, GraphNetwork};
 pub use network::{KINDS, Network, OutputCoordinates};
-pub use objective::{DataFit, GradientOperator, MinimumPotential, Objective, Potential};
+pub use objective::{DataFit, MinimumPotential, Objective, Potential};
 pub use optimiser::{MuonConfig, OptimiserConfig};
 pub use recipe::Recipe;
 pub use surrogate::{FixedGeometry, Scales, Surrogate};

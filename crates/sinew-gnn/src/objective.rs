@@ -3,7 +3,7 @@
 mod data_fit;
 mod minimum_potential;
 
-pub use data_fit::{DataFit, GradientOperator};
+pub use data_fit::DataFit;
 pub use minimum_potential::{MinimumPotential, Potential};
 
 use crate::{DataSet, Result, Sample};
@@ -38,4 +38,4 @@ pub trait Objective: Send + Sync {
 
 /// Added to squared norms, so that their root can be differentiated at zero. In units of the
 /// squared characteristic size: distances below 1e-6 of it are rounded up.
-const SQUARED_NORM_FLOOR: f64 = 1e-12;
+const SQUARED_NORM_FLOOR: f32 = 1e-12;

@@ -1,12 +1,10 @@
 //! All recipes, those of networks included: one file each; adding one adds a file, a variant and a line of `predictor`.
 
-mod auto;
 mod data_driven;
 mod physics_informed;
 
 pub use crate::optimiser::OptimiserConfig;
 pub use crate::training::{Schedule, TrainingConfig};
-pub use auto::Auto;
 pub use data_driven::DataDriven;
 pub use physics_informed::PhysicsInformed;
 pub use sinew_emulate::recipe::{Regression, Taylor};
@@ -17,8 +15,7 @@ use serde_json::Value;
 use sinew_emulate::parts::{Session, train_with};
 use sinew_emulate::{Body, Emulator, Observer, Predictor, Record, TestSet, Train, TrainingOptions};
 
-/// Recipe of an emulator. [`Recipe::auto`] decides by numbers; every recipe's own settings have defaults that were
-/// measured (docs/design.md, docs/emulators.md).
+/// Recipe of an emulator. Its own settings have defaults that were measured (docs/design.md, docs/emulators.md).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "recipe", rename_all = "kebab-case")]
 pub enum Recipe {
@@ -30,16 +27,9 @@ pub enum Recipe {
     Taylor,
     /// Decomposition of few simulations and a Gaussian process: the best of a fixed geometry with few parameters.
     Regression(Regression),
-    /// The one that does best on the held-out cases.
-    Auto(Auto),
 }
 
 impl Recipe {
-    /// Chooses by errors on the held-out cases, and says why ([`Record::choice`]).
-    pub fn auto() -> Self {
-        Self::Auto(Auto::default())
-    }
-
     /// Outputs, sizes and training of its network, where it is one.
     pub(crate) fn network(&self) -> Option<(&OutputCoordinates, &Network, &TrainingConfig)> {
         match self {
@@ -47,12 +37,12 @@ impl Recipe {
             | Self::PhysicsInformed(PhysicsInformed { coordinates, network, training, .. }) => {
                 Some((coordinates, network, training))
             }
-            Self::Taylor | Self::Regression(_) | Self::Auto(_) => None,
+            Self::Taylor | Self::Regression(_) => None,
         }
     }
 
     /// A description of its network, continued by sizes, virtual nodes and training.
-    pub(crate) fn with_settings(&self, made: String, record: &Record) -> String {
+    fn with_settings(&self, made: String, record: &Record) -> String {
         let Some((_, network, training)) = self.network() else { return made };
         let Network { latent, width, cluster_width, message_passing_steps, .. } = network;
         let TrainingConfig { optimiser, learning_rate, batch, .. } = training;
@@ -86,7 +76,6 @@ impl Train for Recipe {
             Self::PhysicsInformed(_) => "pi",
             Self::Taylor => "taylor",
             Self::Regression(_) => "regression",
-            Self::Auto(_) => "auto",
         }
     }
 
@@ -96,10 +85,7 @@ impl Train for Recipe {
 
     fn about(&self, record: &Record) -> String {
         let made = match self {
-            Self::DataDriven(recipe) => {
-                let and = if recipe.gradient_weight > 0.0 { " and their gradients" } else { "" };
-                format!("network on {} simulations{and}", record.simulations)
-            }
+            Self::DataDriven(_) => format!("network on {} simulations", record.simulations),
             Self::PhysicsInformed(_) if record.simulations > 0 => {
                 format!("network by minimum potential energy about {} solutions", record.simulations)
             }
@@ -109,18 +95,12 @@ impl Train for Recipe {
             }
             Self::Taylor => Taylor.about(record),
             Self::Regression(regression) => regression.about(record),
-            Self::Auto(recipe) => recipe.regression.about(record),
         };
         self.with_settings(made, record)
     }
 
     fn check(&self) -> sinew_emulate::Result<()> {
-        match self {
-            Self::Regression(regression) | Self::Auto(Auto { regression, .. }) => {
-                regression.check()
-            }
-            _ => Ok(()),
-        }
+        if let Self::Regression(regression) = self { regression.check() } else { Ok(()) }
     }
 
     fn has_anchors(&self) -> bool {
@@ -143,7 +123,6 @@ impl Train for Recipe {
             Self::PhysicsInformed(recipe) => recipe.model(session, held_out, record)?,
             Self::Taylor => return Taylor.predictor(session, held_out, record),
             Self::Regression(recipe) => return recipe.predictor(session, held_out, record),
-            Self::Auto(recipe) => return recipe.predictor(session, held_out, record),
         };
         Ok(Box::new(network))
     }
@@ -158,4 +137,4 @@ macro_rules! from_recipe {
         }
     )*};
 }
-from_recipe!(DataDriven, PhysicsInformed, Regression, Auto);
+from_recipe!(DataDriven, PhysicsInformed, Regression);

@@ -22,7 +22,7 @@ from conftest import BAR
         (lambda e: e.case.sample(10**30), "give a whole number"),
         (lambda e: e.case.sample(2, seed=-3), "seed = -3"),
         (lambda e: e.case.sample(2, design="random"), "design = 'random': give one of latin-hypercube, sobol, uniform"),
-        (lambda e: e.case.train("magic"), "recipe = 'magic': give one of auto, taylor, regression, pi, dd"),
+        (lambda e: e.case.train("magic"), "recipe = 'magic': give one of taylor, regression, pi, dd"),
         (lambda e: e.case.train("regression", samples=-4), "samples = -4"),
         (lambda e: e.case.train("regression", held_out=1.5), "held_out = 1.5"),
         (lambda e: e.case.train("regression", design="grid"), "design = 'grid'"),

@@ -49,7 +49,7 @@ impl Train for Regression {
 
     fn about(&self, record: &Record) -> String {
         record.taken().map_or_else(String::new, |taken| {
-            format!("{} on {} simulations, {}", taken.recipe, taken.simulations, taken.detail)
+            format!("regression on {} simulations, {}", taken.simulations, taken.detail)
         })
     }
 
@@ -65,25 +65,6 @@ impl Train for Regression {
         held_out: &TestSet<'_>,
         record: &mut Record,
     ) -> Result<Box<dyn Predictor>> {
-        let (regression, error) = self.fit(session, held_out, record)?;
-        if self.target > 0.0 && error > self.target {
-            session.warn(Warning::TargetMissed { error, target: self.target });
-        }
-        Ok(regression)
-    }
-}
-
-impl Regression {
-    /// The best regression and its error on the held-out cases; every number of simulations that was tried is in the record.
-    ///
-    /// # Errors
-    /// Simulations of which most fail, or that are too few.
-    pub fn fit(
-        &self,
-        session: &mut Session<'_, '_>,
-        held_out: &TestSet<'_>,
-        record: &mut Record,
-    ) -> Result<(Box<dyn Predictor>, f64)> {
         // None for a body that has no solution at the centre of its parameters' ranges.
         let taylor = timed(&mut record.prepare_s, || {
             taylor::solved(session.body, 1, session.options.seed, &mut ()).ok()
@@ -107,7 +88,6 @@ impl Regression {
             let choice = record.choice.get_or_insert_default();
             choice.target = self.target;
             choice.candidates.push(Candidate {
-                recipe: "regression".into(),
                 simulations,
                 error,
                 seconds: found.seconds + seconds,
@@ -148,7 +128,10 @@ impl Regression {
         }
         session.simulations = record.taken().map_or(0, |taken| taken.simulations);
         let (fit, error) = best.expect("a fit was made");
-        Ok((Box::new(fit), error))
+        if self.target > 0.0 && error > self.target {
+            session.warn(Warning::TargetMissed { error, target: self.target });
+        }
+        Ok(Box::new(fit))
     }
 }
 

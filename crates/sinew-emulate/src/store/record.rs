@@ -99,11 +99,9 @@ impl CurvePoint {
     }
 }
 
-/// A recipe that was tried, and how well it did.
+/// A regression that was tried, and how well it did.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
-    /// Short name of the recipe.
-    pub recipe: String,
     /// Simulations that it learned from.
     pub simulations: usize,
     /// Root mean square of `‖u − û‖ / ‖u‖` over the held-out cases, times one plus the share of inverted predictions, for
@@ -128,22 +126,21 @@ pub struct Choice {
 
 impl fmt::Display for Choice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for Candidate { recipe, simulations, error, seconds, detail } in &self.candidates {
+        for Candidate { simulations, error, seconds, detail } in &self.candidates {
             writeln!(
                 f,
-                "{recipe} on {simulations} simulations: root mean square error {error:.1e} after {seconds:.1} s ({detail})"
+                "regression on {simulations} simulations: root mean square error {error:.1e} after {seconds:.1} s ({detail})"
             )?;
         }
         let Some(taken) = self.candidates.get(self.taken) else { return Ok(()) };
-        let (recipe, error, target) = (&taken.recipe, taken.error, self.target);
-        write!(f, "{recipe} was taken, for ")?;
-        match error <= target {
-            true => write!(f, "its error {error:.1e} meets the target of {target:.1e}"),
-            false => write!(
-                f,
-                "nothing met the target of {target:.1e} and its error {error:.1e} is the least"
+        let (count, error, target) = (taken.simulations, taken.error, self.target);
+        let why = match error <= target {
+            true => format!("its error {error:.1e} meets the target of {target:.1e}"),
+            false => format!(
+                "none met the target of {target:.1e}, and its error {error:.1e} is the least"
             ),
-        }
+        };
+        write!(f, "that on {count} was taken: {why}")
     }
 }
 

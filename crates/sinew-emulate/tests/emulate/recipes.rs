@@ -46,7 +46,7 @@ impl Train for Early {
         record: &mut Record,
     ) -> Result<Box<dyn Predictor>, Error> {
         let recipe = |most| Regression { simulations: 8, most, target: 0.0 };
-        let (first, _) = recipe(8).fit(session, held_out, &mut Record::new("first"))?;
+        let first = recipe(8).predictor(session, held_out, &mut Record::new("first"))?;
         let fields = |predictor: &dyn Predictor| -> Result<Vec<Vec<f64>>, Error> {
             let all = predictor.predict(held_out.body, &held_out.thetas)?;
             Ok(all.chunks(all.len() / held_out.thetas.len()).map(<[f64]>::to_vec).collect())
@@ -54,7 +54,8 @@ impl Train for Early {
         let mut truths = fields(&*first)?;
         truths.iter_mut().flatten().for_each(|u| *u *= 1.0 + 1e-10);
         let judged = TestSet { fields: truths, ..held_out.clone() };
-        let (taken, error) = recipe(16).fit(session, &judged, record)?;
+        let taken = recipe(16).predictor(session, &judged, record)?;
+        let error = record.taken().unwrap().error;
         // What is returned is what was measured.
         assert_eq!(root_mean_square(&judged.cases(&fields(&*taken)?)?), error);
         Ok(taken)

@@ -2,12 +2,12 @@
 
 use crate::error::Result;
 use crate::network::{Network, OutputCoordinates, Plan, TrainedNetwork, train};
-use crate::objective::{DataFit, GradientOperator, Objective};
+use crate::objective::DataFit;
 use crate::training::{TrainingBudget, TrainingConfig};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::coordinates::OutputScale;
 use sinew_emulate::parts::Session;
-use sinew_emulate::{Body, Record, Simulations, TestSet};
+use sinew_emulate::{Record, Simulations, TestSet};
 
 /// Mean nodal distance to simulated displacements, thesis (3.11), in the directions in which the simulations differ
 /// beyond a polynomial in the parameters.
@@ -17,8 +17,6 @@ use sinew_emulate::{Body, Record, Simulations, TestSet};
 pub struct DataDriven {
     /// Simulations to learn from.
     pub simulations: usize,
-    /// Weight of the distance between deformation gradients, thesis (B.1); 0 leaves them out.
-    pub gradient_weight: f64,
     /// Coordinates of the outputs.
     pub coordinates: OutputCoordinates,
     /// Sizes of the network.
@@ -37,7 +35,6 @@ impl Default for DataDriven {
         };
         Self {
             simulations: 200,
-            gradient_weight: 0.0,
             coordinates: OutputCoordinates::Simulations,
             network: Network::default(),
             training,
@@ -55,14 +52,14 @@ impl DataDriven {
         let simulations = session.training(self.simulations)?;
         let Simulations { thetas, fields, .. } = &simulations;
         let scale = OutputScale::root_mean_square(3, fields.iter().map(Vec::as_slice))?;
-        let (body, length) = (session.body, scale.length());
+        let length = scale.length();
         let fields = Some(&fields[..]);
         let plan = Plan {
             recipe: "dd",
             network: &self.network,
             coordinates: &self.coordinates,
             training: &self.training,
-            objective: &|| self.objective(body, length),
+            objective: &|| Ok(Box::new(DataFit::new(length)?)),
             thetas,
             fields,
             scale,
@@ -71,20 +68,5 @@ impl DataDriven {
             held_out,
         };
         train(session, &plan, record)
-    }
-
-    fn objective(&self, body: &Body, length: f64) -> Result<Box<dyn Objective>> {
-        let fit = DataFit::new(length)?;
-        if self.gradient_weight == 0.0 {
-            return Ok(Box::new(fit));
-        }
-        let points = 0..body.volumes.len();
-        let operator = GradientOperator {
-            nodes_per_cell: body.nodes_per_cell,
-            // Of every quadrature point.
-            cells: points.flat_map(|point| body.nodes_of_point(point).to_vec()).collect(),
-            shape_gradients: body.shape_gradients.as_flattened().to_vec(),
-        };
-        Ok(Box::new(fit.with_gradients(self.gradient_weight, vec![operator])?))
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::support::{beam, small_network, steps};
 use sinew_emulate::{Emulator, Error, Observer, Progress, TrainingOptions, simulate};
-use sinew_gnn::recipe::{Auto, DataDriven, PhysicsInformed, Regression};
+use sinew_gnn::recipe::{DataDriven, PhysicsInformed, Regression};
 use sinew_gnn::{OutputCoordinates, Recipe};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -92,14 +92,10 @@ fn held_out_error(emulator: &Emulator<'_>, options: &TrainingOptions) -> f64 {
 }
 
 #[test]
-fn auto_measures_all_candidates_by_the_held_out_cases() {
+fn a_regression_measures_all_candidates_by_the_held_out_cases() {
     let body = beam(1.0);
-    let base = DataDriven::default();
-    let training = steps(&base.training, 20);
-    let rival = DataDriven { simulations: 12, network: small_network(), training, ..base };
-    for regression in [3, 12] {
-        let regression = Regression { simulations: regression, most: regression, target: 1e-12 };
-        let recipe = Recipe::from(Auto { regression, rivals: vec![rival.clone().into()] });
+    for simulations in [3, 12] {
+        let recipe = Recipe::from(Regression { simulations, most: 12, target: 1e-12 });
         let options = TrainingOptions { held_out: 8, ..TrainingOptions::default() };
         let emulator = recipe.train(&body, &options, &mut ()).unwrap();
         let choice = emulator.record.choice.as_ref().unwrap();

@@ -7,7 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_energy::laws::{
     ActiveTension, ByYoungPoisson, Compressible, Guccione, HolzapfelOgden, HolzapfelOgden2009,
-    HolzapfelOgdenCompressible, LinearElastic, NeoHookean, NeoHookeanShape, PlaneStress,
+    HolzapfelOgdenCompressible, LinearElastic, NeoHookean, NeoHookeanShape,
 };
 use sinew_energy::{Barriers, Exact, Guard, Law, Solid, Strain};
 use sinew_num::{Mat3, Slope};
@@ -30,8 +30,6 @@ fn every_law_is_the_same_formula_over_tensors() {
     agrees(NeoHookeanShape.nearly_incompressible(BULK), &[1.5]);
     agrees(Solid::new(NeoHookeanShape, Compressible { kappa: BULK }), &[1.5]);
     agrees(LinearElastic, &[1.5, 2.5]);
-    agrees(PlaneStress(LinearElastic), &[1.5, 2.5]);
-    agrees(ByYoungPoisson(PlaneStress(LinearElastic)), &[10.0, 0.3]);
     let muscle = HolzapfelOgden.nearly_incompressible(BULK);
     agrees(muscle, &[0.18, 2.6, 3.34, 2.73]);
     agrees(muscle.with_active(ActiveTension), &[0.18, 2.6, 3.34, 2.73, 4.0]);

@@ -5,7 +5,7 @@ use sinew_emulate::{
     Design, Emulator, Errors, Observer, TestSet, TrainingOptions, Warning, simulate,
 };
 use sinew_fem::{Options, Solver};
-use sinew_gnn::recipe::{Auto, DataDriven, PhysicsInformed, Regression};
+use sinew_gnn::recipe::{DataDriven, PhysicsInformed, Regression};
 use sinew_gnn::{OutputCoordinates, Recipe};
 
 /// Errors over cases that the emulator has not seen, neither in training nor in calibration.
@@ -150,29 +150,24 @@ fn a_network_learns_from_the_energy_alone() {
 }
 
 #[test]
-fn auto_says_why_it_took_what_it_took() {
+fn a_regression_says_why_it_took_what_it_took() {
     let body = beam(1.0);
-    let emulator = Recipe::auto().train(&body, &TrainingOptions::default(), &mut ()).unwrap();
+    let recipe = Recipe::from(Regression::default());
+    let emulator = recipe.train(&body, &TrainingOptions::default(), &mut ()).unwrap();
     let choice = emulator.record.choice.clone().unwrap();
     assert_eq!((choice.candidates.len(), choice.candidates[0].simulations), (1, 25));
     assert!(choice.to_string().contains("meets the target"), "{choice}");
     assert!(errors(&emulator).relative.max < 1e-3);
 
-    // A target out of reach: regression doubles its simulations, a rival is tried, and the least error decides.
-    let base = DataDriven::default();
-    let training = steps(&base.training, 20);
-    let rival = DataDriven { simulations: 12, network: small_network(), training, ..base };
-    let regression = Regression { simulations: 5, most: 10, target: 1e-12 };
-    let recipe = Recipe::from(Auto { regression, rivals: vec![rival.into()] });
+    // A target out of reach: the simulations double, and the least error decides.
+    let recipe = Recipe::from(Regression { simulations: 5, most: 10, target: 1e-12 });
     let emulator = recipe.train(&body, &TrainingOptions::default(), &mut ()).unwrap();
     let choice = emulator.record.choice.clone().unwrap();
     println!("{choice}");
-    let tried: Vec<_> =
-        choice.candidates.iter().map(|c| (c.recipe.as_str(), c.simulations)).collect();
-    assert_eq!(tried, [("regression", 5), ("regression", 10), ("dd", 12)]);
+    let tried: Vec<_> = choice.candidates.iter().map(|c| c.simulations).collect();
+    assert_eq!(tried, [5, 10]);
     let least = choice.candidates.iter().map(|c| c.error).fold(f64::INFINITY, f64::min);
     assert_eq!(choice.candidates[choice.taken].error, least);
-    assert_eq!(choice.candidates[choice.taken].recipe, "regression");
     assert!(choice.to_string().contains("is the least"), "{choice}");
     assert!(
         emulator.record.warnings.iter().any(|w| matches!(w, Warning::TargetMissed { .. })),

@@ -302,44 +302,6 @@ fn the_potential_enters_with_its_value_and_gradient() {
 }
 
 #[test]
-fn the_deformation_gradient_of_a_linear_field_is_constant() {
-    let mesh = sinew_mesh::rectangle_triangles([40.0, 10.0], [6, 3]);
-    let body = plane_cantilever(40.0);
-    let mut shape_gradients = Vec::new();
-    for cell in &mesh.cells {
-        let [a, b, c] = cell.map(|node| mesh.points[node]);
-        let (e1, e2) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
-        let area = e1[0] * e2[1] - e1[1] * e2[0];
-        let (gb, gc) = ([e2[1] / area, -e2[0] / area], [-e1[1] / area, e1[0] / area]);
-        shape_gradients.extend([-gb[0] - gc[0], -gb[1] - gc[1], gb[0], gb[1], gc[0], gc[1]]);
-    }
-    let operator = GradientOperator {
-        nodes_per_cell: 3,
-        cells: mesh.cells.as_flattened().to_vec(),
-        shape_gradients,
-    };
-    let objective = DataFit::new(2.0).unwrap().with_gradients(0.5, vec![operator]).unwrap();
-    // û − u = (0.3 y, 0.4 x): ‖F − F̂‖ = 0.5 everywhere.
-    let zero = Sample {
-        geometry: 0,
-        theta: vec![1.0, 1.0],
-        displacement: vec![0.0; 2 * body.points.len()],
-    };
-    let field: Vec<f32> =
-        body.points.iter().flat_map(|x| [0.3 * x[1] as f32, 0.4 * x[0] as f32]).collect();
-    let distance = body.points.iter().map(|x| (0.3 * x[1]).hypot(0.4 * x[0])).sum::<f64>();
-    let expected = distance / body.points.len() as f64 / 2.0 + 0.5 * 0.5;
-    for device in devices() {
-        let u = Tensor::<3>::from_data(
-            TensorData::new(field.clone(), [1, body.points.len(), 2]),
-            &device,
-        );
-        let loss = f64::from(objective.loss(&[&zero], u).unwrap().into_scalar::<f32>());
-        assert!((loss / expected - 1.0).abs() < 1e-5, "{loss} {expected}");
-    }
-}
-
-#[test]
 fn divergence_is_reported_with_advice_and_keeps_the_weights() {
     let (_, data) = plane_data();
     struct Broken;

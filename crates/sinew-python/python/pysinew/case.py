@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["Case", "Parameter", "Unloaded"]
 
 Path = Union[str, "PathLike[str]"]
-Recipe = Literal["auto", "taylor", "regression", "pi", "dd"]
+Recipe = Literal["taylor", "regression", "pi", "dd"]
 Optimiser = Literal["muon", "adam"]
 Design = Literal["latin-hypercube", "sobol", "uniform"]
 # Files of a calibration that an earlier one in the same folder may have left.
@@ -380,7 +380,7 @@ class Case:
         Arguments replace those of the case's `training`. In a `folder` everything is kept as it is made: a run that was stopped
         goes on with `resume`, one that is there is replaced with `restart`.
 
-        Networks (`pi`, `dd`, and `dd` within `auto`) read `network`, a dictionary of their sizes such as `{"virtual_nodes": [97, 24]}`,
+        Networks (`pi`, `dd`) read `network`, a dictionary of their sizes such as `{"virtual_nodes": [97, 24]}`,
         `optimiser`, `learning_rate` and `batch`; other recipes refuse them.
         """
         from .emulator import Emulator

@@ -42,13 +42,11 @@ pub enum Method {
     Dd,
     /// Minimum potential energy, without any simulation, thesis (3.12)
     Pi,
-    /// Supervised on simulated displacements and deformation gradients, thesis (B.1)
-    Fdd,
 }
 
 impl Method {
     /// Name in reports and files.
     pub(crate) fn key(self) -> &'static str {
-        ["dd", "pi", "fdd"][self as usize]
+        ["dd", "pi"][self as usize]
     }
 }

@@ -34,10 +34,6 @@ pub(crate) fn recipes(options: &BeamOptions) -> Vec<(&'static str, Recipe)> {
     let recipe = |&method: &Method| -> (&'static str, Recipe) {
         let recipe = match method {
             Method::Dd => DataDriven { simulations, ..DataDriven::default() }.into(),
-            // Both terms of (B.1) are then of one size at the start.
-            Method::Fdd => {
-                DataDriven { simulations, gradient_weight: 1.0, ..DataDriven::default() }.into()
-            }
             Method::Pi => PhysicsInformed::default().into(),
         };
         (method.key(), recipe)

@@ -6,7 +6,7 @@ use sinew_emulate::{Body, Budget, Design, Emulator, Error, Observer, TrainingOpt
 #[cfg(feature = "networks")]
 use sinew_gnn::{
     Network, OptimiserConfig, OutputCoordinates, Recipe, TrainingConfig,
-    recipe::{Auto, DataDriven, PhysicsInformed},
+    recipe::{DataDriven, PhysicsInformed},
 };
 
 /// Sizes of a network, which a build without networks does not read.
@@ -76,12 +76,10 @@ pub enum Optimiser {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum RecipeName {
-    /// The one of lowest error on the held-out cases: regression, and dd where that misses the target.
-    #[default]
-    Auto,
     /// Taylor expansion of second order about one solution: nothing is trained.
     Taylor,
     /// Few simulations, their main modes, and a Gaussian process.
+    #[default]
     Regression,
     /// A network by minimum potential energy, without simulations.
     Pi,
@@ -92,17 +90,17 @@ pub enum RecipeName {
 impl RecipeName {
     /// Short name for files and tables.
     pub fn key(self) -> &'static str {
-        ["auto", "taylor", "regression", "pi", "dd"][self as usize]
+        ["taylor", "regression", "pi", "dd"][self as usize]
     }
 
-    /// Whether it always trains a network.
+    /// Whether it trains a network.
     pub fn is_network(self) -> bool {
         matches!(self, Self::Pi | Self::Dd)
     }
 }
 
 impl Training {
-    /// Name of the recipe; `auto` by default.
+    /// Name of the recipe; `regression` by default.
     pub fn recipe_name(&self) -> RecipeName {
         self.recipe.unwrap_or_default()
     }
@@ -141,11 +139,10 @@ impl Training {
             ("learning_rate", self.learning_rate.is_some()),
             ("batch", self.batch.is_some()),
         ];
-        if let recipe @ (RecipeName::Taylor | RecipeName::Regression) = self.recipe_name()
-            && let Some((key, _)) = keys.into_iter().find(|(_, given)| *given)
-        {
+        let recipe = self.recipe_name();
+        if let Some((key, _)) = keys.into_iter().find(|(_, given)| *given && !recipe.is_network()) {
             let recipe = recipe.key();
-            let advice = "leave this key out, or choose pi, dd or auto";
+            let advice = "leave this key out, or choose pi or dd";
             return Some((key, format!("the recipe `{recipe}` trains no network; {advice}")));
         }
         let is_rate = |rate: &f64| (f64::MIN_POSITIVE..=1.0).contains(rate);
@@ -174,7 +171,7 @@ impl Training {
         Some((key, format!("{value} is out of bounds; give {least} to {MOST}")))
     }
 
-    /// Trains by the recipe; `auto` is regression in a build without networks.
+    /// Trains by the recipe.
     ///
     /// # Errors
     /// As [`sinew_emulate::Train::train`], and recipes of networks in such a build.
@@ -186,8 +183,7 @@ impl Training {
     ) -> Result<Emulator<'b>, Error> {
         #[cfg(feature = "networks")]
         {
-            let name = self.recipe_name();
-            let trains = !matches!(name, RecipeName::Taylor | RecipeName::Regression);
+            let trains = self.recipe_name().is_network();
             let levels = self.network.iter().flat_map(|network| &network.virtual_nodes).flatten();
             let first = levels.copied().next();
             if let Some(first) = first.filter(|&first| trains && first >= body.nodes) {
@@ -221,10 +217,6 @@ impl Training {
     #[cfg(feature = "networks")]
     pub fn recipe(&self) -> Recipe {
         match self.recipe_name() {
-            RecipeName::Auto => {
-                let rivals = vec![self.data_driven().into()];
-                Auto { regression: self.regression(), rivals }.into()
-            }
             RecipeName::Taylor => Recipe::Taylor,
             RecipeName::Regression => self.regression().into(),
             RecipeName::Pi => {
@@ -236,17 +228,14 @@ impl Training {
                 self.tune(&mut own.training);
                 own.into()
             }
-            RecipeName::Dd => self.data_driven().into(),
+            RecipeName::Dd => {
+                let mut own = DataDriven::default();
+                own.simulations = self.samples.unwrap_or(own.simulations);
+                own.network = self.network.clone().unwrap_or_default();
+                self.tune(&mut own.training);
+                own.into()
+            }
         }
-    }
-
-    #[cfg(feature = "networks")]
-    fn data_driven(&self) -> DataDriven {
-        let mut own = DataDriven::default();
-        own.simulations = self.samples.unwrap_or(own.simulations);
-        own.network = self.network.clone().unwrap_or_default();
-        self.tune(&mut own.training);
-        own
     }
 
     /// Puts the keys that are given into a training.

@@ -41,8 +41,8 @@ pub(crate) struct Train {
 /// Folder within OUT for simulations that recipes share.
 pub(crate) const SIMULATIONS: &str = "simulations";
 /// Folders within OUT that commands write into.
-const TAKEN: [&str; 8] =
-    [SIMULATIONS, "predict", "correct", "solve", "sample", "test", "export", "calibrate"];
+const TAKEN: [&str; 7] =
+    [SIMULATIONS, "predict", "correct", "solve", "sample", "test", "calibrate"];
 
 impl Train {
     pub(crate) fn run(&self) -> Result<()> {
@@ -67,7 +67,7 @@ impl Train {
         let alone = matches!(training.recipe_name(), RecipeName::Pi | RecipeName::Taylor);
         refuse_if(self.simulations.is_some() && alone, || {
             format!(
-                "`{recipe}` learns from no simulations; leave --simulations out, or choose regression, dd or auto"
+                "`{recipe}` learns from no simulations; leave --simulations out, or choose regression or dd"
             )
         })?;
         let Training { samples, target, minutes, steps, .. } = &self.training;
