@@ -53,8 +53,6 @@ pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
     const NAME: &'static str;
     /// Names of the material parameters in the order of the slices below.
     const PARAMETERS: &'static [&'static str];
-    /// Whether the law is one of plane bodies, such as plane stress, so that solids are refused.
-    const PLANE: bool = false;
 
     /// Values of parameter number `index` that make sense; unless a law says otherwise, positive ones whose
     /// squares neither vanish nor overflow, from 1e-100 to 1e100.

@@ -11,7 +11,6 @@ mod linear_elastic;
 mod neo_hookean;
 mod neo_hookean_shape;
 mod penalty;
-mod plane_stress;
 mod table;
 
 use crate::{Guard, NearlyIncompressible, Solid};
@@ -29,7 +28,6 @@ pub use linear_elastic::LinearElastic;
 pub use neo_hookean::NeoHookean;
 pub use neo_hookean_shape::NeoHookeanShape;
 pub use penalty::Penalty;
-pub use plane_stress::PlaneStress;
 pub use table::{LAWS, LawConstants, NamedLaw, TENSION};
 
 /// Solids of these shape energies in one call.

@@ -126,21 +126,9 @@ fn lowered<const N: usize>(scene: &Scene, mesh: &Mesh<N>) -> Result<Body, SceneE
 }
 
 impl<const N: usize> Setup<'_, N> {
-    /// Checks the law against the cells, and the cells against the formulation.
+    /// Checks the cells against the formulation.
     fn check_elements(&self) -> Result<(), SceneError> {
-        let (law, element) = (self.scene.material.law(), Mesh::<N>::ELEMENT);
-        if law.is_plane && element.dimension != 2 {
-            return Err(SceneError::Law(format!(
-                "{} is a law of triangles, but the mesh is made of cells with {} nodes; take the law of the solid",
-                law.name, N
-            )));
-        }
-        if law.is_plane && self.scene.discretisation.elements == Elements::Mixed {
-            return Err(SceneError::Law(format!(
-                "{} has no pressure of its own: a thin plate changes its volume by its thickness; take other elements",
-                law.name
-            )));
-        }
+        let element = Mesh::<N>::ELEMENT;
         if self.scene.discretisation.elements == Elements::Mixed && !element.is_quadratic() {
             return Err(SceneError::Body(format!(
                 "mixed elements have quadratic tetrahedra or triangles, but the mesh is made of {}; make it quadratic (sinew_mesh::Mesh::quadratic)",

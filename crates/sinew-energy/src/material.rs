@@ -69,8 +69,6 @@ pub struct LawFacts {
     pub name: &'static str,
     /// Number of material directions that it reads; none for an isotropic law.
     pub directions: usize,
-    /// Whether the law is one of plane bodies, see [`Law::PLANE`].
-    pub is_plane: bool,
     /// Names and values of the constants that the law holds itself.
     pub constants: Vec<(&'static str, f64)>,
 }
@@ -154,12 +152,7 @@ impl<L: Law<D>, const D: usize> AtPoints<L, D> {
 // What is never inlined is compiled once for all crates: the laws of the table in this one, at its level of optimisation.
 impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
     fn law(&self) -> LawFacts {
-        LawFacts {
-            name: L::NAME,
-            directions: D,
-            is_plane: L::PLANE,
-            constants: self.law.constants(),
-        }
+        LawFacts { name: L::NAME, directions: D, constants: self.law.constants() }
     }
 
     fn parameters(&self) -> &[&'static str] {

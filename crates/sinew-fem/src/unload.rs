@@ -75,6 +75,9 @@ impl<'p> Unload<'p> {
         if image.pressure_field.is_some() {
             return Err(UnloadError::PressureField);
         }
+        if image.pressures.iter().any(|pressure| pressure.thesis) {
+            return Err(UnloadError::ThesisPressure);
+        }
         let system = System::new(image)?;
         if let Some(node) = is_moved_rim(image) {
             return Err(UnloadError::MovedRim { node });
@@ -259,6 +262,9 @@ pub enum UnloadError {
         "a body with a field of pressure cannot be unloaded; lower it with averaged volume ratios (Scene::averaged) and a large bulk modulus"
     )]
     PressureField,
+    /// The thesis' formula for a pressure.
+    #[error("the thesis' formula for a pressure only reproduces its numbers; unload under the pressure itself (Load::Pressure)")]
+    ThesisPressure,
     /// A pressure's potential is counted from the plane that its rim slides in.
     #[error(
         "node {node} on the rim of a pressure slides along a plane that its support moves; prescribe no displacement there, or hold the node \

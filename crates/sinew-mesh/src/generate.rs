@@ -3,14 +3,12 @@
 mod biventricle;
 mod chamber;
 mod implicit;
-mod liver;
 mod population;
 mod ventricle;
 mod wall;
 
 pub use biventricle::Biventricle;
 pub use chamber::{Chamber, ChamberError, ChamberReport, ChamberWall, Size, Trim, WallOptions};
-pub use liver::IdealLiver;
 pub use population::{ShapeError, VentricleShape};
 pub use ventricle::TruncatedEllipsoid;
 pub use wall::{Sheet, Wall};

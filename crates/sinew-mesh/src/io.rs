@@ -21,7 +21,6 @@ mod write;
 
 use std::path::Path;
 
-pub use carp::write_carp;
 pub use convert::ReadReport;
 pub(crate) use cursor::save;
 pub use grid::MixedMesh;

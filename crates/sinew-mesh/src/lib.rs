@@ -48,7 +48,7 @@
 //! | PVD | | [`write_pvd`] |
 //! | gmsh MSH, text and binary | 2.2, 4.1, with parametric nodes or in partitions | |
 //! | Abaqus and CalculiX input (inp) | one body, flat or as one part with one instance, either with the mesh | |
-//! | CARP of openCARP (`.pts` in µm, `.elem`, `.lon`, `.surf`, `.vtx`) | by any of the first three or the name without ending | [`write_carp`] |
+//! | CARP of openCARP (`.pts` in µm, `.elem`, `.lon`, `.surf`, `.vtx`) | by any of the first three or the name without ending | |
 //! | NumPy npy | floats, integers, booleans; both byte orders | [`to_npy`] |
 //!
 //! [`read`] and [`read_mesh`] tell the format by the content; both
@@ -102,7 +102,7 @@ pub use any::AnyMesh;
 pub use element::{Element, QuadraturePoint};
 pub use error::{Defect, MeshError, Place, Problem};
 pub use generate::{
-    Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, IdealLiver, ShapeError, Sheet,
+    Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, ShapeError, Sheet,
     Size, Trim, TruncatedEllipsoid, VentricleShape, Wall, WallOptions, box_hexahedra,
     box_tetrahedra, rectangle_triangles,
 };
@@ -111,7 +111,7 @@ pub use geometry::{
 };
 pub use io::{
     DISPLACEMENT, MixedMesh, NpyArray, ReadReport, parse, parse_mesh, parse_npy, read, read_merged,
-    read_mesh, read_npy, to_npy, to_npy_of, to_stl, to_vtp, to_vtu, write_carp, write_pvd,
+    read_mesh, read_npy, to_npy, to_npy_of, to_stl, to_vtp, to_vtu, write_pvd,
     write_vtu,
 };
 pub use mesh::{

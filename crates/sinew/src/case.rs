@@ -21,7 +21,7 @@ pub use fibre_rule::{EllipsoidRule, FibreRule};
 pub use fibres::Fibres;
 pub use laws::{Law, Range};
 pub use loads::{FoundationLoad, Load, Pressure, Rim};
-pub use mesh::{BiventricleMesh, BoxMesh, Element, EllipsoidMesh, LiverMesh, MeshSource};
+pub use mesh::{BiventricleMesh, BoxMesh, Element, EllipsoidMesh, MeshSource};
 pub use sanity::{
     branched_in_words, doubtful_displacements, doubtful_emulator, locking_at_most,
     locking_in_words, moved_most, negligible_displacement,

@@ -31,7 +31,6 @@ pub const SCENES: &[BuiltIn] = scenes! {
     "LeftVentricleThesis": "left_ventricle_thesis.toml",
     "LeftVentricleNeoHookean": "left_ventricle_neo_hookean.toml",
     "Liver": "liver.toml",
-    "IdealLiver": "ideal_liver.toml",
     "Land1": "land_1.toml",
     "Land2": "land_2.toml",
     "Land3": "land_3.toml",

@@ -19,51 +19,6 @@ pub(super) fn lame_bounds(index: usize) -> RangeInclusive<f64> {
     least..=*POSITIVE.end()
 }
 
-/// Energy and derivatives of a [`Law`] that wraps another one, whose parameters a function computes from its own.
-macro_rules! at_parameters {
-    ($own:ident) => {
-        fn density<S: Scalar, G: Guard>(
-            &self,
-            parameters: &[S],
-            h: &Mat3<S>,
-            directions: &[[S; 3]; 0],
-            guard: &G,
-        ) -> S {
-            self.0.density(&$own(parameters), h, directions, guard)
-        }
-
-        fn energy<G: Guard>(
-            &self,
-            parameters: &[f64],
-            h: &Mat3<f64>,
-            directions: &[[f64; 3]; 0],
-            guard: &G,
-        ) -> f64 {
-            self.0.energy(&$own(parameters), h, directions, guard)
-        }
-
-        fn stress<G: Guard>(
-            &self,
-            parameters: &[f64],
-            h: &Mat3<f64>,
-            directions: &[[f64; 3]; 0],
-            guard: &G,
-        ) -> (f64, Mat3<f64>) {
-            self.0.stress(&$own(parameters), h, directions, guard)
-        }
-
-        fn response(
-            &self,
-            parameters: &[f64],
-            h: &Mat3<f64>,
-            directions: &[[f64; 3]; 0],
-        ) -> Response {
-            self.0.response(&$own(parameters), h, directions)
-        }
-    };
-}
-pub(super) use at_parameters;
-
 /// An isotropic law in Young's modulus and Poisson's ratio: θ = (E \[stress\], ν).
 ///
 /// The law inside must read Lamé's parameters (μ, λ), such as [`super::NeoHookean`].
@@ -73,7 +28,6 @@ pub struct ByYoungPoisson<L>(pub L);
 impl<L: Law<0>> Law<0> for ByYoungPoisson<L> {
     const NAME: &'static str = L::NAME;
     const PARAMETERS: &'static [&'static str] = &["E", "nu"];
-    const PLANE: bool = L::PLANE;
 
     fn bounds(index: usize) -> RangeInclusive<f64> {
         match index {
@@ -87,7 +41,39 @@ impl<L: Law<0>> Law<0> for ByYoungPoisson<L> {
         self.0.constants()
     }
 
-    at_parameters!(lame);
+    fn density<S: Scalar, G: Guard>(
+        &self,
+        parameters: &[S],
+        h: &Mat3<S>,
+        directions: &[[S; 3]; 0],
+        guard: &G,
+    ) -> S {
+        self.0.density(&lame(parameters), h, directions, guard)
+    }
+
+    fn energy<G: Guard>(
+        &self,
+        parameters: &[f64],
+        h: &Mat3<f64>,
+        directions: &[[f64; 3]; 0],
+        guard: &G,
+    ) -> f64 {
+        self.0.energy(&lame(parameters), h, directions, guard)
+    }
+
+    fn stress<G: Guard>(
+        &self,
+        parameters: &[f64],
+        h: &Mat3<f64>,
+        directions: &[[f64; 3]; 0],
+        guard: &G,
+    ) -> (f64, Mat3<f64>) {
+        self.0.stress(&lame(parameters), h, directions, guard)
+    }
+
+    fn response(&self, parameters: &[f64], h: &Mat3<f64>, directions: &[[f64; 3]; 0]) -> Response {
+        self.0.response(&lame(parameters), h, directions)
+    }
 }
 
 fn lame<S: Scalar>(parameters: &[S]) -> [S; 2] {

@@ -4,7 +4,7 @@
 
 use crate::laws::{
     ActiveTension, ByYoungPoisson, Compressible, Guccione, HolzapfelOgden, HolzapfelOgden2009,
-    HolzapfelOgdenCompressible, LinearElastic, NeoHookean, NeoHookeanShape, PlaneStress,
+    HolzapfelOgdenCompressible, LinearElastic, NeoHookean, NeoHookeanShape,
 };
 use crate::{Law, Material, NearlyIncompressible, ShapeEnergy, Solid, Strain, VolumeEnergy};
 use std::sync::Arc;
@@ -84,9 +84,6 @@ pub static LAWS: &[NamedLaw] = &[
         )
     },
     row::<LinearElastic, 0>("linear-elastic", &[STRESS, STRESS], |_| LinearElastic.along(vec![])),
-    row::<PlaneStress, 0>("linear-elastic-plane-stress", &[STRESS, STRESS], |_| {
-        PlaneStress(LinearElastic).along(vec![])
-    }),
 ];
 
 const fn row<L: Law<D>, const D: usize>(

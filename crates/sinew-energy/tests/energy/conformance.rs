@@ -6,7 +6,7 @@ mod laws {
     use sinew_energy::conformance::*;
     use sinew_energy::laws::{
         ActiveTension, ByYoungPoisson, Compressible, Guccione, HolzapfelOgden, HolzapfelOgden2009,
-        HolzapfelOgdenCompressible, LinearElastic, NeoHookean, NeoHookeanShape, PlaneStress,
+        HolzapfelOgdenCompressible, LinearElastic, NeoHookean, NeoHookeanShape,
     };
     use sinew_energy::{Solid, Strain};
     use sinew_num::Mat3;
@@ -38,8 +38,6 @@ mod laws {
         holds(ByYoungPoisson(NeoHookean), &[10.0, 0.3], SOLID);
         holds(NeoHookeanShape.nearly_incompressible(BULK), &[1.5], SOLID);
         holds(LinearElastic, &[1.5, 2.5], SMALL_DISPLACEMENT);
-        holds(PlaneStress(LinearElastic), &[1.5, 2.5], SMALL_DISPLACEMENT);
-        holds(ByYoungPoisson(PlaneStress(LinearElastic)), &[10.0, 0.3], SMALL_DISPLACEMENT);
         holds(HolzapfelOgden.nearly_incompressible(BULK), &[0.18, 2.6, 3.34, 2.73], SOLID);
         let compressible = Solid::new(HolzapfelOgdenCompressible, Compressible { kappa: 25.0 });
         holds(compressible, &[0.18, 2.6, 3.34, 2.73], SOLID);

@@ -112,14 +112,9 @@ pub fn mixed_stresses(
     let gradients = body.law_gradients(displacement);
     let gradients = gradients.ok_or_else(|| inadmissible(body, displacement))?;
     let parameters = body.law_parameters(theta);
-    // A law of thin plates has the elastic constants of plane strain, and no stress across the plate.
-    let is_plane = body.material.law().is_plane;
     let points: Vec<Point> = (gradients.iter().enumerate())
         .map(|(point, h)| {
-            let (_, mut piola) = body.material.stress(point, parameters, h, None);
-            if is_plane {
-                piola.0[2][2] = 0.0;
-            }
+            let (_, piola) = body.material.stress(point, parameters, h, None);
             let direction = body.material.directions(point).first();
             let mut found = Point::new(h, &piola, direction);
             found.cauchy += Matrix3::identity() * field_at(point);

@@ -1,11 +1,11 @@
 //! The derivative of the balance of the image in the positions at rest.
 
 use super::lu::Entries;
-use crate::linear::{Sparsity, facets_of};
+use crate::linear::Sparsity;
 use crate::unload::state::{Image, Level, PointRate, Tensor};
 use nalgebra::{Matrix3, Vector3};
 use sinew_energy::{Body, ReferenceSurface};
-use sinew_num::{Mat3, Scalar, Slope, cross, dot3, sub3, try_in_parallel};
+use sinew_num::{Scalar, Slope, cross, dot3, try_in_parallel};
 
 /// Number of cells that are computed on all threads before they are added.
 const AT_ONCE: usize = 2048;
@@ -109,10 +109,6 @@ impl Image<'_> {
             for facet in surface.facets() {
                 add(at.facet(surface, facet), None);
             }
-        }
-        for (surface, _, nodes) in facets_of(body.pressures.iter().filter(|p| p.thesis)) {
-            let magnitude = level.factor * surface.magnitude.value(&level.theta);
-            add(of_thesis_pressure(nodes, &body.positions, magnitude), None);
         }
         Some(tangent)
     }
@@ -265,20 +261,4 @@ impl Tangent {
         }
         self.entries.add(sparsity, block.nodes, places, &mut block.values);
     }
-}
-
-/// Pressure by the thesis' formula, whose force on corner a is `p/6 (n + (x_b − x_c) × Σu)` with the normal n and the other corners b and c:
-/// linear in the displacement where the positions x are fixed.
-fn of_thesis_pressure<'n>(nodes: &'n [usize], positions: &[[f64; 3]], magnitude: f64) -> Block<'n> {
-    let mut block = Block::new(nodes);
-    let size = block.size();
-    for a in 0..3 {
-        let [b, c] = [1, 2].map(|next| positions[nodes[(a + next) % 3]]);
-        let across = sub3(&c, &b).map(|x| magnitude / 6.0 * x);
-        for column in 0..size {
-            let force = cross(&across, &Mat3::IDENTITY[column % 3]);
-            (0..3).for_each(|i| block.values[(3 * a + i) * size + column] = force[i]);
-        }
-    }
-    block
 }

@@ -5,7 +5,7 @@ use crate::support::ventricle::{BULK_MODULUS, MMHG, scene, thetas};
 use crate::ventricles::ventricles;
 use sinew_energy::laws::{
     ActiveTension, Guccione, HolzapfelOgden, HolzapfelOgden2009, LinearElastic, NeoHookean,
-    NeoHookeanShape, PlaneStress,
+    NeoHookeanShape,
 };
 use sinew_energy::{Body, Fibres, Law, Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::{Options, Solver, Unload, UnloadError, UnloadOptions, Unloaded};
@@ -249,21 +249,18 @@ fn loose_rims_inclined_supports_plane_bodies_and_the_thesis_pressure() {
     let thesis = parameters(Scene::new(mesh.clone(), NeoHookean))
         .load(Load::ThesisPressure { facets: "z_min".into(), magnitude: Magnitude::Fixed(0.5) })
         .support(Support::clamped("x_min"));
-    check("the thesis' pressure", Unload::new(&thesis.lower().unwrap()).unwrap(), &SOFT);
+    let refused = Unload::new(&thesis.lower().unwrap()).map(|_| ()).unwrap_err();
+    assert!(refused.to_string().contains("under the pressure itself"), "{refused}");
     let linear = parameters(Scene::new(mesh, LinearElastic))
         .load(Load::BodyForce([0.0, 0.0, -2e-3]))
         .support(Support::clamped("x_min"));
     check("linear elasticity", Unload::new(&linear.lower().unwrap()).unwrap(), &[150.0, 300.0]);
     let plane = rectangle_triangles([30.0, 10.0], [6, 3]);
-    let plate = parameters(Scene::new(plane.clone(), NeoHookean))
+    let plate = parameters(Scene::new(plane, NeoHookean))
         .load(Load::Traction { facets: "x_max".into(), value: [0.2, -0.4, 0.0] })
         .load(Load::Foundation { facets: "y_min".into(), normal: 0.05, tangential: 0.02 })
         .support(Support::clamped("x_min"));
     check("a plane body", Unload::new(&plate.lower().unwrap()).unwrap(), &SOFT);
-    let plate = parameters(Scene::new(plane, PlaneStress(LinearElastic)))
-        .load(Load::Traction { facets: "x_max".into(), value: [0.2, -0.4, 0.0] })
-        .support(Support::clamped("x_min"));
-    check("plane stress", Unload::new(&plate.lower().unwrap()).unwrap(), &[150.0, 300.0]);
 }
 
 /// Inner radius at rest of an incompressible neo-Hookean sphere that a pressure inflated to the radii `[a, b]`, by bisection of the closed form

@@ -1,13 +1,12 @@
 //! CARP meshes, those of openCARP: text files of one name for points (`.pts`, in µm), elements (`.elem`) and fibres (`.lon`), with
 //! surfaces (`.surf`) and vertices (`.vtx`) beside them (openCARP user manual, "File formats").
 
-use super::cursor::{Cursor, Result, load, number, save};
+use super::cursor::{Cursor, Result, load, number};
 use super::grid::{MixedMesh as Grid, cell_type};
 use super::number::NumberType::{F64, I64};
-use crate::{Field, Mesh, MeshError, Place, Problem};
+use crate::{Field, MeshError, Place, Problem};
 use sinew_num::ascending;
 use std::collections::BTreeSet;
-use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 /// Cell fields of the directions of a `.lon` file, in their order.
@@ -179,75 +178,4 @@ fn element<'a>(cursor: &mut Cursor<'a>, grid: &mut Grid) -> Result<&'a [u8]> {
     grid.push(kind, &nodes);
     let rest = cursor.line().unwrap_or_default();
     Ok(rest.split(u8::is_ascii_whitespace).next().unwrap_or_default())
-}
-
-/// Writes the files of a CARP mesh, whose path is given without ending: `.pts` in µm, of a mesh in mm, and `.elem` with the labels
-/// of the integer cell field `region`. The cell fields `fibre` and `sheet` go to `.lon`, facet sets of solids to `.NAME.surf`, node
-/// sets to `.NAME.vtx`. Other fields and cell sets have no place in them.
-///
-/// ```
-/// # let folder = tempfile::tempdir()?;
-/// let beam = sinew_mesh::box_tetrahedra([4.0, 1.0, 1.0], [4, 1, 1]);
-/// let path = folder.path().join("beam");
-/// sinew_mesh::write_carp(&path, &beam)?;
-/// let (again, report) = sinew_mesh::read_mesh::<4>(&path)?;
-/// assert_eq!((again, report.in_micrometres), (beam, true));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-///
-/// # Errors
-/// Quadratic cells, of which CARP has none; a mesh that violates [`Mesh::check`]; files that cannot be written.
-pub fn write_carp<const N: usize>(stem: impl AsRef<Path>, mesh: &Mesh<N>) -> Result<(), MeshError> {
-    mesh.check()?;
-    let element = Mesh::<N>::ELEMENT;
-    let word = |kind| Some(WORDS.iter().find(|(_, known)| *known == kind)?.0);
-    let words = word(element.vtk_type).zip(word(element.facet_vtk_type));
-    let (word, facet_word) = words.ok_or_else(|| {
-        let advice = "CARP has linear cells only: write the mesh before it is made quadratic";
-        let problem = Problem::unsupported("the kind of cell", element.name, advice);
-        MeshError::Cells(Box::new(problem))
-    })?;
-    let file = |ending: &str| with(stem.as_ref(), ending);
-    let points = mesh.points.iter().map(|x| x.map(|x| x * PER_MM).to_vec());
-    save_rows(&file("pts"), mesh.points.len(), None, points)?;
-    let labels = mesh.cell_fields.get(REGION).and_then(|field| field.as_labels());
-    let elements = mesh.cells.iter().enumerate().map(|(index, cell)| {
-        let mut row: Vec<i64> = cell.iter().map(|&node| node as i64).collect();
-        if N == 8 {
-            row.swap(5, 7);
-        }
-        row.extend(labels.map(|labels| labels[index]));
-        row
-    });
-    save_rows(&file("elem"), mesh.cells.len(), Some(word), elements)?;
-    let fields = DIRECTIONS.map(|name| mesh.cell_fields.get(name)?.to_vectors::<3>());
-    let columns: Vec<_> = fields.into_iter().map_while(|column| column).collect();
-    let rows = (0..mesh.cells.len()).map(|cell| columns.iter().flat_map(|c| c[cell]).collect());
-    if !columns.is_empty() {
-        save_rows::<f64>(&file("lon"), columns.len(), None, rows)?;
-    }
-    for (name, facets) in mesh.facet_sets.iter().filter(|_| N > 3) {
-        let rows = facets.iter().map(|&facet| mesh.nodes_of_facet(facet).collect());
-        save_rows(&file(&format!("{name}.surf")), facets.len(), Some(facet_word), rows)?;
-    }
-    for (name, nodes) in &mesh.node_sets {
-        let rows = nodes.iter().map(|&node| vec![node]);
-        save_rows(&file(&format!("{name}.vtx")), format!("{}\nextra", nodes.len()), None, rows)?;
-    }
-    Ok(())
-}
-
-/// Writes a number, and a line with a word and numbers for each row.
-fn save_rows<T: ToString>(
-    path: &Path,
-    number: impl Display,
-    word: Option<&str>,
-    rows: impl Iterator<Item = Vec<T>>,
-) -> Result<(), MeshError> {
-    let line = |row: Vec<T>| {
-        let words = word.map(String::from).into_iter().chain(row.iter().map(T::to_string));
-        words.collect::<Vec<_>>().join(" ") + "\n"
-    };
-    let rows: String = rows.map(line).collect();
-    save(path, format!("{number}\n{rows}").as_bytes())
 }

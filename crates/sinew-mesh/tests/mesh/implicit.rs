@@ -1,6 +1,6 @@
-//! Bodies cut out of a grid: the idealised heart and the ideal liver.
+//! Bodies cut out of a grid: the idealised heart.
 
-use sinew_mesh::{Biventricle, IdealLiver, boundary_facets, enclosed_volume, quality};
+use sinew_mesh::{Biventricle, boundary_facets, enclosed_volume, quality};
 use std::f64::consts::PI;
 
 #[test]
@@ -51,24 +51,4 @@ fn an_edge_that_makes_too_many_cells_is_refused() {
 #[should_panic(expected = "an edge at most 0.55")]
 fn an_edge_that_reaches_through_the_wall_is_refused() {
     Biventricle::default().tetrahedra(6.0);
-}
-
-#[test]
-fn the_liver_is_sound_and_of_its_length() {
-    for (length, edge) in [(150.0, 13.0), (1.0, 0.06)] {
-        let mesh = IdealLiver { length }.tetrahedra(edge);
-        let summary = quality(&mesh).unwrap();
-        assert!(summary.dihedral.min > 8.0, "{edge}: {summary}");
-        let reach = |sign: f64| mesh.points.iter().map(|x| sign * x[0]).fold(0.0, f64::max);
-        let found = reach(1.0) + reach(-1.0);
-        assert!((found / length - 1.0).abs() < 0.03, "{found} for {length}");
-        let [clamped, bottom] = ["clamped", "bottom"].map(|set| mesh.facet_sets[set].len());
-        assert!(5 * clamped > 2 * bottom && clamped < bottom, "{clamped} of {bottom}");
-    }
-}
-
-#[test]
-#[should_panic(expected = "between 0.75 and 13.5")]
-fn an_edge_that_reaches_through_the_thin_lobe_is_refused() {
-    IdealLiver { length: 150.0 }.tetrahedra(20.0);
 }

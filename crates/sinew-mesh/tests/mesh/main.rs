@@ -1,5 +1,7 @@
 //! Cells, generators, readers, writers and selections; damaged files.
 
+#[path = "../../../../fixtures/solids/carp.rs"]
+mod carp_files;
 #[path = "../../../../fixtures/solids/distort.rs"]
 mod distort;
 #[path = "../../../../fixtures/solids/membrane.rs"]

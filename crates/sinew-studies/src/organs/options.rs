@@ -11,8 +11,8 @@ use std::time::Duration;
 /// Train emulators of the thesis' organs and measure them against the finite-element solver.
 ///
 /// Scenes are run one after the other; --resume continues a run that was killed. Liver and ventricle are published
-/// meshes that do not come with this program: without them made bodies stand in for the scenes `ventricle` and `liver`,
-/// and ventricle-thesis is left out, which the report says. The report holds what this call
+/// meshes that do not come with this program: without them a made body stands in for the scene `ventricle`,
+/// and liver and ventricle-thesis are left out, which the report says. The report holds what this call
 /// ran or resumed.
 #[derive(Parser, Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[command(name = "cargo xtask reproduce-organs", version, max_term_width = 110)]

@@ -19,8 +19,6 @@ const OPTIONS: &str = "options.json";
 pub(super) const QUICK: [usize; 3] = [4, 12, 20];
 /// Cells of a stand-in ventricle and of a cube in a quick check.
 const QUICK_CELLS: [usize; 3] = [1, 16, 6];
-/// Edges of a stand-in liver in a quick check \[its length\].
-const QUICK_EDGE: f64 = 0.09;
 
 /// Prepares the folder of a scene: emptied, or checked to hold a run with the same options.
 pub(crate) fn begin(options: &Options, key: &str) -> Result<PathBuf> {
@@ -64,9 +62,6 @@ pub(crate) fn case(options: &Options, organ: &Organ) -> Result<Option<(Case, boo
         }
         if let Some(ellipsoid) = &mut case.mesh.ellipsoid {
             ellipsoid.cells.0 = QUICK_CELLS;
-        }
-        if let Some(liver) = &mut case.mesh.liver {
-            liver.edge = QUICK_EDGE * liver.length;
         }
     }
     Ok(Some((case, own)))

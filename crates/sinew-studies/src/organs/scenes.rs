@@ -53,7 +53,6 @@ pub(crate) const ORGANS: &[Organ] = &[
         key: "liver",
         scene: "Liver",
         mesh: Some("liver.vtk"),
-        stand_in: Some("IdealLiver"),
         minutes: 3.0,
         thesis: printed(&[("", [Some(8.8e-3), None, Some(1.9e-2), None, None])], [7.9, 58.5]),
         ..BASE

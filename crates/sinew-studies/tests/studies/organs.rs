@@ -22,19 +22,15 @@ fn a_quick_run_reports_every_scene_and_is_resumed() {
     let names: Vec<_> = report.sections.iter().map(|section| section.name.as_str()).collect();
     assert_eq!(
         names,
-        ["twisting-cube", "liver", "ventricle", "cube-meshes", "new-ventricle", "learning-rates"]
+        ["twisting-cube", "ventricle", "cube-meshes", "new-ventricle", "learning-rates"]
     );
-    assert!(
-        report.notes.iter().any(|note| note.contains("LeftVentricleThesis was not run")),
-        "{:?}",
-        report.notes
-    );
-    // What stands in for a published organ is said, and is not held against published figures.
-    for (name, of) in [("ventricle", "LeftVentricle"), ("liver", "Liver")] {
-        let section = crate::section(&report, name);
-        assert!(section.title.contains(&format!("in the place of {of}")), "{}", section.title);
-        assert!(section.tables().all(|table| table.verdicts().next().is_none()));
+    for left_out in ["LeftVentricleThesis was not run", "Liver was not run"] {
+        assert!(report.notes.iter().any(|note| note.contains(left_out)), "{:?}", report.notes);
     }
+    // What stands in for a published organ is said, and is not held against published figures.
+    let section = crate::section(&report, "ventricle");
+    assert!(section.title.contains("in the place of LeftVentricle"), "{}", section.title);
+    assert!(section.tables().all(|table| table.verdicts().next().is_none()));
     let cube = crate::section(&report, "twisting-cube").tables().next().unwrap();
     assert_eq!(
         cube.rows.len(),

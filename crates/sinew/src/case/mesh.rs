@@ -5,8 +5,7 @@ use super::units::LENGTH;
 use serde::Deserialize;
 use sinew_energy::listed;
 use sinew_mesh::{
-    AnyMesh, Biventricle, IdealLiver, MeshError, ReadReport, TruncatedEllipsoid, box_hexahedra,
-    box_tetrahedra,
+    AnyMesh, Biventricle, MeshError, ReadReport, TruncatedEllipsoid, box_hexahedra, box_tetrahedra,
 };
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -25,8 +24,6 @@ pub struct MeshSource {
     pub ellipsoid: Option<EllipsoidMesh>,
     /// Two such ventricles in one wall.
     pub biventricle: Option<BiventricleMesh>,
-    /// A body of the shape of a liver.
-    pub liver: Option<LiverMesh>,
     /// Cells of what is made.
     pub element: Option<Element>,
     /// Unit of length of the numbers above and in the file; mm by default, µm of CARP files.
@@ -86,16 +83,6 @@ pub struct BiventricleMesh {
     /// Thickness of the septum.
     pub septum: f64,
     /// Length of an edge: from [`Biventricle::shortest_edge`] to [`Biventricle::longest_edge`].
-    pub edge: f64,
-}
-
-/// See [`IdealLiver`]; with sets `bottom` and `clamped`.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LiverMesh {
-    /// Length along x.
-    pub length: f64,
-    /// Length of an edge, within [`IdealLiver::edges`].
     pub edge: f64,
 }
 
@@ -203,9 +190,9 @@ impl MeshSource {
     /// The mesh of the file or of the numbers, in its unit, and what its reader changed.
     fn read_or_made(&self, source: &Source) -> Result<(AnyMesh, ReadReport)> {
         let element = self.element.unwrap_or_default();
-        let made = (&self.cuboid, &self.ellipsoid, &self.biventricle, &self.liver);
+        let made = (&self.cuboid, &self.ellipsoid, &self.biventricle);
         let mesh = match (&self.file, made) {
-            (Some(file), (None, None, None, None)) => {
+            (Some(file), (None, None, None)) => {
                 let reason = "a file holds its own kind of cell; leave it out";
                 source.refuse_if(self.element.is_some(), &["mesh", "element"], || reason)?;
                 let error = |reason| self.file_error(source, reason);
@@ -220,13 +207,11 @@ impl MeshSource {
                     reason => error(reason.to_string()),
                 });
             }
-            (None, (Some(cuboid), None, None, None)) => cuboid.make(element, source)?,
-            (None, (None, Some(ellipsoid), None, None)) => ellipsoid.make(element, source)?,
-            (None, (None, None, Some(heart), None)) => heart.make(element, source)?,
-            (None, (None, None, None, Some(liver))) => liver.make(element, source)?,
+            (None, (Some(cuboid), None, None)) => cuboid.make(element, source)?,
+            (None, (None, Some(ellipsoid), None)) => ellipsoid.make(element, source)?,
+            (None, (None, None, Some(heart))) => heart.make(element, source)?,
             _ => {
-                let reason =
-                    "give one of `file`, `box`, `ellipsoid`, `biventricle` and `liver`".into();
+                let reason = "give one of `file`, `box`, `ellipsoid` and `biventricle`".into();
                 return Err(source.error(&["mesh"], reason));
             }
         };
@@ -296,7 +281,8 @@ impl BiventricleMesh {
         let at = |key| ["mesh", "biventricle", key];
         let names = ["radius", "depth", "wall", "septum", "edge"];
         for (key, size) in names.into_iter().zip([radius, depth, wall, septum, edge]) {
-            check_length(size, &at(key), source)?;
+            let reason = || format!("{size} is not a length; give a positive one");
+            source.refuse_if(!is_length(size), &at(key), reason)?;
         }
         let heart = Biventricle { radius, depth, wall, septum };
         let (shortest, longest) = (heart.shortest_edge(), heart.longest_edge());
@@ -312,38 +298,14 @@ impl BiventricleMesh {
         source.refuse_if(edge < shortest, &at("edge"), || {
             format!("an edge of {edge} makes more cells than can be held; give at least {shortest}")
         })?;
-        check_tetrahedra(element, "two ventricles are", source)?;
+        let reason = "two ventricles are made of tetrahedra only; leave it out";
+        source.refuse_if(element != Element::Tetrahedra, &["mesh", "element"], || reason)?;
         Ok(heart.tetrahedra(edge).into())
-    }
-}
-
-impl LiverMesh {
-    fn make(self, element: Element, source: &Source) -> Result<AnyMesh> {
-        let Self { length, edge } = self;
-        check_length(length, &["mesh", "liver", "length"], source)?;
-        let liver = IdealLiver { length };
-        let [shortest, longest] = liver.edges();
-        let wrong = !(shortest..=longest).contains(&edge);
-        source.refuse_if(wrong, &["mesh", "liver", "edge"], || {
-            format!("an edge of {edge} does not fit; give one from {shortest} to {longest}")
-        })?;
-        check_tetrahedra(element, "a liver is", source)?;
-        Ok(liver.tetrahedra(edge).into())
     }
 }
 
 fn is_length(size: f64) -> bool {
     size > 0.0 && size.is_finite()
-}
-
-fn check_length(size: f64, keys: &[&str], source: &Source) -> Result<()> {
-    let reason = || format!("{size} is not a length; give a positive one");
-    source.refuse_if(!is_length(size), keys, reason)
-}
-
-fn check_tetrahedra(element: Element, body: &str, source: &Source) -> Result<()> {
-    let reason = || format!("{body} made of tetrahedra only; leave it out");
-    source.refuse_if(element != Element::Tetrahedra, &["mesh", "element"], reason)
 }
 
 /// Most boxes of a mesh that is made: the factor of so many needs hundreds of gigabytes already.

@@ -141,8 +141,7 @@ fn read_safely(text: &str) -> bool {
             .is_none_or(|all| all > MOST_CELLS)
     };
     // Grids that a surface cuts are large whatever their edge is: they would take most of the time.
-    let cut = case.mesh.biventricle.is_some() || case.mesh.liver.is_some();
-    if cut || cells.into_iter().flatten().any(large) {
+    if case.mesh.biventricle.is_some() || cells.into_iter().flatten().any(large) {
         return false;
     }
     match case.lowered() {

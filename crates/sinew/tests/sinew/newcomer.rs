@@ -113,7 +113,6 @@ fn case_mistakes() -> Vec<Mistake> {
         ),
         ("\"neo-hookean\"", "\"guccione\"", &["law", "bulk_modulus = 25.0", "kPa"]),
         ("\"neo-hookean\"", "3", &["line 2", "law", "the number 3", "the name of a law"]),
-        ("\"neo-hookean\"", "\"linear-elastic-plane-stress\"", &["law", "triangles"]),
         // Ranges and units.
         (
             "mu = [8.0, 16.0]",
