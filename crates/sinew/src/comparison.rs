@@ -1,14 +1,14 @@
-//! Emulators of one body beside each other, and volumes of its cavities over the pressure in them.
+//! Emulators of one body beside each other.
 
 use crate::locking_in_words;
 use crate::theta::{range_in_words, theta_in_words};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::{
     Calibration, CaseErrors, CurvePoint, Emulator, Error, Errors, Evaluation, METRICS, Quantiles,
-    Result, TestSet, Warning, median_and_worst, simulate,
+    Result, TestSet, Warning, median_and_worst,
 };
+use sinew_energy::Body;
 use sinew_energy::metrics::displacement_error;
-use sinew_energy::{Body, Magnitude, Parameter};
 use sinew_fem::locking;
 use sinew_report::format::seconds as duration;
 use sinew_report::{ReportError, Surfaces, density};
@@ -31,14 +31,14 @@ pub struct Comparison {
     pub parameters: Vec<String>,
     /// Nodal displacements of the test cases \[length\].
     pub displacement: Quantiles,
-    /// Case and command.
-    pub origin: Origin,
+    /// Text of the case file; may be empty.
+    pub case: String,
+    /// Seed of the test cases.
+    pub seed: Option<u64>,
     /// Warnings about the solver's solutions, the reference of the errors.
     pub doubts: Vec<String>,
     /// The emulators.
     pub methods: Vec<Method>,
-    /// Volumes of cavities by the solver.
-    pub inflation: Option<Inflation>,
     /// The body's surface, coloured by its displacement, in the test cases that move it in the middle and the most.
     pub motion: Surfaces,
     /// The body's surface in the median and the worst case of each, coloured by the error.
@@ -66,19 +66,6 @@ pub struct Method {
     pub warnings: Vec<Warning>,
     /// Recipe and options of its training, as they were stored beside it; may be empty.
     pub options: String,
-    /// Volumes of cavities as it predicts them, ordered as [`Inflation::volumes`].
-    pub volumes: Vec<Vec<f64>>,
-}
-
-/// Origin of a comparison.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Origin {
-    /// The command line.
-    pub command: String,
-    /// Text of the case file.
-    pub case: String,
-    /// Seed of the test cases.
-    pub seed: Option<u64>,
 }
 
 impl Comparison {
@@ -109,10 +96,10 @@ impl Comparison {
             unknowns: body.free_degrees_of_freedom().len(),
             parameters: body.parameters.iter().map(range_in_words).collect(),
             displacement: Quantiles::of(lengths),
-            origin: Origin::default(),
+            case: String::new(),
+            seed: None,
             doubts: locking.iter().map(locking_in_words).collect(),
             methods: Vec::new(),
-            inflation: Inflation::of(body)?,
             motion,
             surfaces,
         })
@@ -152,7 +139,6 @@ impl Comparison {
             history: record.history.clone(),
             warnings: record.warnings.clone(),
             options: String::new(),
-            volumes: self.inflation.as_ref().map_or(Ok(Vec::new()), |i| i.predicted(emulator))?,
         });
         Ok(cases)
     }
@@ -272,70 +258,4 @@ fn row(f: &mut fmt::Formatter<'_>, name: &str, errors: &Errors, seconds: f64) ->
     let medians = [err_u.q50, err_u.max, err_f.q50, err_i1.q50, err_pi.q50];
     let medians = medians.map(|value| format!("{value:>9.1e}")).join(" ");
     writeln!(f, "{name:<22} {medians} {volume:>9} {:>12}", duration(seconds))
-}
-
-/// Pressures of a curve: a parabola between neighbours is straight to the eye.
-const PRESSURES: usize = 9;
-
-/// Volumes of a body's cavities over a pressure of θ, the other parameters in the middle of their ranges.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Inflation {
-    /// Names of the cavities.
-    pub cavities: Vec<String>,
-    /// The pressure's name with its unit, such as `p [mmHg]`.
-    pub pressure: String,
-    /// Values of the pressure in that unit, θ by θ.
-    pub pressures: Vec<f64>,
-    /// θ, rising pressures over their range; those without an equilibrium are left out.
-    pub thetas: Vec<Vec<f64>>,
-    /// Volumes by the solver \[length³\]: of every cavity, θ by θ.
-    pub volumes: Vec<Vec<f64>>,
-}
-
-impl Inflation {
-    /// Solves for the volumes of a body; `None` without a cavity whose pressure is in θ.
-    ///
-    /// # Errors
-    /// A body that the solver refuses.
-    pub fn of(body: &Body) -> Result<Option<Self>> {
-        let is_of = |index: usize| {
-            body.pressures.iter().any(|pressure| pressure.magnitude == Magnitude::Theta(index))
-        };
-        let found = body.parameters.iter().enumerate().find(|(index, _)| is_of(*index));
-        let Some((parameter, Parameter { name, unit, range: [low, high], .. })) = found else {
-            return Ok(None);
-        };
-        let at = |step: usize| {
-            let mut theta = body.centre();
-            theta[parameter] = low + (high - low) * step as f64 / (PRESSURES - 1) as f64;
-            theta
-        };
-        let thetas: Vec<_> = (0..PRESSURES).map(at).collect();
-        let solved = simulate(body, &thetas, "pressure and volume", None, &mut ())?;
-        let inflation = Self {
-            cavities: body.cavities.iter().map(|cavity| cavity.name.clone()).collect(),
-            pressure: format!("{name} [{}]", unit.name()),
-            pressures: solved.thetas.iter().map(|theta| unit.shown(theta[parameter])).collect(),
-            volumes: volumes(body, &solved.fields),
-            thetas: solved.thetas,
-        };
-        Ok((!inflation.cavities.is_empty() && !inflation.thetas.is_empty()).then_some(inflation))
-    }
-
-    /// The volumes as an emulator predicts them, ordered as [`Inflation::volumes`].
-    ///
-    /// # Errors
-    /// θ that it does not take.
-    pub fn predicted(&self, emulator: &Emulator<'_>) -> Result<Vec<Vec<f64>>> {
-        let fields = emulator.predict(&self.thetas)?.fields();
-        Ok(volumes(emulator.body(), &fields))
-    }
-}
-
-/// Volumes of every cavity, field by field \[length³\].
-fn volumes(body: &Body, fields: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let by_field: Vec<_> = fields.iter().map(|field| body.cavity_volumes(field)).collect();
-    (0..body.cavities.len())
-        .map(|cavity| by_field.iter().map(|volumes| volumes[cavity]).collect())
-        .collect()
 }

@@ -89,7 +89,7 @@ mod wall;
 
 pub use at_rest::mesh_at_rest;
 pub use case::{Case, CaseError, locking_in_words};
-pub use comparison::{Comparison, Inflation, Method, Origin};
+pub use comparison::{Comparison, Method};
 pub use patient::{PatientFile, Prepared};
 #[cfg(not(feature = "networks"))]
 pub use sinew_emulate::recipe;

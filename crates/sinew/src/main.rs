@@ -46,9 +46,7 @@ enum Command {
     Correct(predict::Correct),
     /// Measure errors and times of the trained emulators on unseen cases.
     Evaluate(evaluate::Evaluate),
-    /// Write the last evaluation as a page.
-    Report(evaluate::Report),
-    /// Write the body as mesh, arrays and numbers for other programs, or the emulator as a page for a browser.
+    /// Write the emulator as a page for a browser, or the weights of a network.
     Export(export::Export),
     /// Answer samplers and other programs over HTTP, by UM-Bridge.
     Serve(serve::Serve),
@@ -98,7 +96,6 @@ fn main() -> ExitCode {
         Command::Predict(command) => command.run(),
         Command::Correct(command) => command.run(),
         Command::Evaluate(command) => command.run(),
-        Command::Report(command) => command.run(),
         Command::Export(command) => command.run(),
         Command::Serve(command) => command.run(),
         Command::Scenes => scenes::list(),

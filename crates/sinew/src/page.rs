@@ -1,8 +1,6 @@
 //! A comparison as a report.
 
-use crate::Inflation;
 use crate::comparison::{Comparison, Method, SOLVER};
-use crate::viewer::volume_unit;
 use sinew_emulate::{Calibration, CurvePoint, Errors, Evaluation, METRICS, Metric, Quantiles};
 use sinew_report::format::{count as spaced, digits, rounded, seconds as duration};
 use sinew_report::{
@@ -17,10 +15,7 @@ impl Comparison {
     /// An error or a time that is not finite.
     pub fn report(&self) -> Result<Report, ReportError> {
         let mut provenance = Provenance::of_this_run("sinew", ".");
-        if !self.origin.command.is_empty() {
-            provenance.command = format!("{}\n{}", self.origin.command, provenance.command);
-        }
-        (provenance.seed, provenance.config) = (self.origin.seed, self.configuration());
+        (provenance.seed, provenance.config) = (self.seed, self.configuration());
         let Self { nodes, unknowns, displacement, length_unit: unit, .. } = self;
         let about = format!(
             "{nodes} nodes, {unknowns} unknowns; the nodes of the test cases move {:.2} {unit} in the mean and {:.2} {unit} at most",
@@ -59,7 +54,7 @@ impl Comparison {
     fn configuration(&self) -> String {
         let own = self.methods.iter().filter(|method| !method.options.is_empty());
         let own = own.map(|method| format!("# training of {}\n{}", method.name, method.options));
-        let case = Some(self.origin.case.trim_end().to_string()).filter(|case| !case.is_empty());
+        let case = Some(self.case.trim_end().to_string()).filter(|case| !case.is_empty());
         case.into_iter().chain(own).collect::<Vec<_>>().join("\n\n")
     }
 
@@ -97,7 +92,6 @@ impl Comparison {
         if !self.doubts.is_empty() {
             blocks.insert(0, Block::List(self.doubts.clone()));
         }
-        blocks.extend(self.inflation.as_ref().map(|inflation| self.inflations(inflation)));
         blocks.push(self.times_to_accuracies());
         blocks.push(self.sensitivities());
         blocks.push(Block::Surfaces(self.motion.clone()));
@@ -213,30 +207,6 @@ impl Comparison {
                 .collect(),
             rows: self.methods.iter().map(row).collect(),
         }
-    }
-
-    /// Pressures of every cavity over its volume.
-    fn inflations(&self, inflation: &Inflation) -> Block {
-        let (unit, scale) = volume_unit(&self.length_unit);
-        let chart = |(cavity, name): (usize, &String)| {
-            let volume = format!("volume [{unit}]");
-            let title = format!("Cavity {name}");
-            let chart = Chart::new(title, [&*volume, &*inflation.pressure], [false; 2]);
-            let series = |chart: Chart, name: &str, style, volumes: &[Vec<f64>]| {
-                let volumes = volumes.get(cavity).into_iter().flatten();
-                let points = inflation.pressures.iter().zip(volumes);
-                let points = points.map(|(pressure, v)| [scale * v, *pressure]);
-                chart.with(Series::new(name, style, points))
-            };
-            let solved = series(chart, SOLVER, Style::Points, &inflation.volumes);
-            self.methods.iter().fold(solved, |chart, method| {
-                series(chart, &method.name, Style::Line, &method.volumes)
-            })
-        };
-        let caption = "Predictions as lines, equilibria of the solver as markers; the other parameters in the middle of their \
-                       ranges.";
-        let charts = inflation.cavities.iter().enumerate().map(chart);
-        Block::charts("Pressure and volume", caption, charts)
     }
 
     fn densities(&self, error: usize) -> Chart {

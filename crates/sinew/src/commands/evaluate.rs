@@ -1,11 +1,10 @@
-//! Errors and times of trained emulators, and the page of the last evaluation.
+//! Errors and times of trained emulators.
 
-use super::{CaseArguments, Usage, chosen, refuse_if, solved, trained, warn};
-use anyhow::{Context, Result};
+use super::{CaseArguments, chosen, refuse_if, solved, trained};
+use anyhow::Result;
 use clap::Args;
-use sinew::{Comparison, Design, Origin, TestSet};
+use sinew::{Comparison, Design, TestSet};
 use sinew_emulate::{Counter, Terminal, store};
-use sinew_report::Provenance;
 use std::path::Path;
 
 /// Body and number of cases.
@@ -43,11 +42,7 @@ impl Evaluate {
         refuse_if(simulations.fields.is_empty(), || reason)?;
         let test = TestSet::new(&body, simulations);
         let mut comparison = Comparison::new(&test)?;
-        comparison.origin = Origin {
-            command: Provenance::of_this_run("sinew", ".").command,
-            case: case.text().into(),
-            seed: Some(SEED),
-        };
+        (comparison.case, comparison.seed) = (case.text().into(), Some(SEED));
         let mut terminal = Terminal::default();
         let mut counter = Counter::new(&mut terminal, "evaluate", 0, found.len());
         for (name, path) in &found {
@@ -60,9 +55,9 @@ impl Evaluate {
         }
         counter.finish(&format!("{} emulators", found.len()));
         println!("{comparison}");
-        let path = folder.join("evaluation.json");
-        store::write_json(&path, &comparison)?;
-        println!("written: {}", path.display());
+        store::write_json(&folder.join("evaluation.json"), &comparison)?;
+        let page = comparison.report()?.write(&folder)?;
+        println!("written: {}", page.display());
         Ok(())
     }
 }
@@ -73,37 +68,4 @@ fn stored_options(emulator: &Path) -> String {
     let run: Option<serde_json::Value> = run.ok().flatten();
     let kept = |name: &str| Some(format!("{name} = {}", run.as_ref()?.get(name)?));
     ["recipe", "options"].into_iter().filter_map(kept).collect::<Vec<_>>().join("\n")
-}
-
-/// Case and output.
-#[derive(Debug, Args)]
-#[command(after_help = include_str!("help/report.txt"))]
-pub(crate) struct Report {
-    #[command(flatten)]
-    case: CaseArguments,
-}
-
-impl Report {
-    pub(crate) fn run(&self) -> Result<()> {
-        let (case, folder) = self.case.read()?;
-        let path = folder.join("evaluation.json");
-        let text = std::fs::read_to_string(&path).map_err(|error| {
-            Usage(format!("{}: {error}; run sinew evaluate first", path.display()))
-        })?;
-        let comparison: Comparison = serde_json::from_str(&text).with_context(|| {
-            format!("{} is damaged or of another version; run sinew evaluate again", path.display())
-        })?;
-        let is_other = || case.lowered().is_ok_and(|body| body.nodes != comparison.nodes);
-        if comparison.origin.case != case.text() || is_other() {
-            let path = path.display();
-            warn([format!(
-                "{path} was measured on another case or mesh, of {} nodes; run sinew evaluate again",
-                comparison.nodes
-            )]);
-        }
-        println!("{comparison}");
-        let page = comparison.report()?.write(&folder)?;
-        println!("written: {}", page.display());
-        Ok(())
-    }
 }

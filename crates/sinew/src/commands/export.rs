@@ -1,20 +1,20 @@
-//! A body for other programs.
+//! An emulator for a browser, and the weights of a network.
 
 #[cfg(feature = "networks")]
 use super::refuse;
 use super::{CaseArguments, chosen, trained, warn, write};
-use anyhow::{Context, Result};
-use clap::Args;
-use serde_json::json;
+#[cfg(feature = "networks")]
+use anyhow::Context;
+use anyhow::Result;
+use clap::{ArgGroup, Args};
 use sinew::case::{RecipeName, Training, doubtful_emulator};
-use sinew::{Body, Case, Emulator, PAGE_SEED, TrainingOptions, npz};
+use sinew::{Body, Case, Emulator, PAGE_SEED, TrainingOptions};
 use sinew_emulate::Terminal;
-use sinew_mesh::to_npy;
 use std::path::Path;
 
-/// Body.
+/// Emulator, and what is written of it.
 #[derive(Debug, Args)]
-#[command(after_help = include_str!("help/export.txt"))]
+#[command(after_help = include_str!("help/export.txt"), group = ArgGroup::new("of_emulator").required(true).multiple(true))]
 pub(crate) struct Export {
     #[command(flatten)]
     case: CaseArguments,
@@ -26,7 +26,7 @@ pub(crate) struct Export {
     #[arg(long, group = "of_emulator")]
     weights: bool,
     /// Name of the emulator's folder within OUT, such as `regression` [default: the only one, or that of the case's recipe]
-    #[arg(long, value_name = "NAME", requires = "of_emulator")]
+    #[arg(long, value_name = "NAME")]
     emulator: Option<String>,
 }
 
@@ -34,22 +34,11 @@ impl Export {
     pub(crate) fn run(&self) -> Result<()> {
         let (case, body, folder) = self.case.open()?;
         if self.page {
-            return self.page(&case, &body, &folder);
+            self.page(&case, &body, &folder)?;
         }
         #[cfg(feature = "networks")]
         if self.weights {
-            return self.weights(&case, &folder);
-        }
-        let folder = folder.join("export");
-        std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
-        body.mesh.write_vtu(folder.join("body.vtu"))?;
-        arrays(&body, &folder.join("body.npz")).context("body.npz cannot be written")?;
-        write(&folder.join("body.json"), serde_json::to_string_pretty(&description(&body))?)?;
-        println!("written: {}", folder.display());
-        for part in left_out(&body) {
-            eprintln!(
-                "warning: {part} of this body are not in the arrays; another program must add them"
-            );
+            self.weights(&case, &folder)?;
         }
         Ok(())
     }
@@ -64,9 +53,10 @@ impl Export {
         let device = sinew::Backend::default().device()?;
         let weights = sinew_gnn::Surrogate::load(&stored, &device)?.weights();
         let file = folder.join(format!("{name}.npz"));
-        let arrays = weights.iter().map(|(name, shape, u)| (name.clone(), to_npy(shape, u)));
-        npz::write(&file, arrays).with_context(|| file.display().to_string())?;
-        println!("written: {}, {} arrays", file.display(), weights.len());
+        let count = weights.len();
+        let arrays = weights.into_iter().map(|(name, of, u)| (name, sinew_mesh::to_npy(&of, &u)));
+        sinew::npz::write(&file, arrays).with_context(|| file.display().to_string())?;
+        println!("written: {}, {count} arrays", file.display());
         Ok(())
     }
 
@@ -107,57 +97,4 @@ fn regression<'b>(case: &Case, body: &'b Body, folder: &Path) -> Result<Emulator
         ..training.options()
     };
     Ok(training.train(body, &options, &mut Terminal::default())?)
-}
-
-/// Parts of a body that its arrays do not hold.
-fn left_out(body: &Body) -> Vec<&'static str> {
-    let parts = [
-        ("pressures", !body.pressures.is_empty()),
-        ("elastic supports", !body.springs.is_empty()),
-        ("averaged volume ratios", !body.patches.is_empty()),
-        ("supports along other directions than the axes", !body.frames.is_empty()),
-    ];
-    parts.into_iter().filter(|(_, has)| *has).map(|(part, _)| part).collect()
-}
-
-fn arrays(body: &Body, path: &Path) -> std::io::Result<()> {
-    let (points, each) = (body.volumes.len(), body.nodes_per_cell);
-    let cells: Vec<f64> = body.cells.iter().map(|&node| node as f64).collect();
-    let prescribed: Vec<f64> =
-        body.prescribed.iter().map(|value| value.unwrap_or(f64::NAN)).collect();
-    let count = body.material.law().directions;
-    let directions: Vec<f64> = (0..points)
-        .flat_map(|point| body.material.directions(point).as_flattened().to_vec())
-        .collect();
-    let arrays = [
-        ("positions", to_npy(&[body.nodes, 3], body.positions.as_flattened())),
-        ("cells", to_npy(&[body.cell_count(), each], &cells)),
-        ("shape_gradients", to_npy(&[points, each, 3], body.shape_gradients.as_flattened())),
-        ("volumes", to_npy(&[points], &body.volumes)),
-        ("nodal_force", to_npy(&[body.nodes, 3], &body.nodal_force)),
-        ("prescribed", to_npy(&[body.nodes, 3], &prescribed)),
-        ("directions", to_npy(&[directions.len() / (3 * count.max(1)), count, 3], &directions)),
-    ];
-    npz::write(path, arrays.map(|(name, array)| (name.into(), array)))
-}
-
-fn description(body: &Body) -> serde_json::Value {
-    let parameter = |p: &sinew::Parameter| json!({ "name": p.name, "unit": p.unit.of_scene(&body.units), "range": p.range, "sampling": p.sampling });
-    let probe: Vec<f64> = (0..3 * body.nodes).map(|i| 1e-4 * (i as f64).sin()).collect();
-    let theta = body.centre();
-    let mut force = vec![0.0; probe.len()];
-    let energy = body.value_and_gradient(&probe, &theta, &mut force);
-    let norm = force.iter().map(|f| f * f).sum::<f64>().sqrt();
-    json!({
-        "name": body.name,
-        "units": { "length": body.units.length, "stress": body.units.stress },
-        "law": body.material.law().name,
-        "known": body.known.iter().cloned().collect::<std::collections::BTreeMap<_, _>>(),
-        "parameters": body.parameters.iter().map(parameter).collect::<Vec<_>>(),
-        "nodes": body.nodes, "cells": body.cell_count(), "nodes_per_cell": body.nodes_per_cell,
-        "points_per_cell": body.points_per_cell, "unknowns": body.free_degrees_of_freedom().len(),
-        "left_out": left_out(body),
-        "cavities": body.cavities.iter().map(|c| &c.name).collect::<Vec<_>>(),
-        "check": { "displacement": "1e-4 sin(i), i = 3 node + component", "theta": theta, "energy": energy, "force_norm": norm },
-    })
 }

@@ -335,8 +335,9 @@ fn the_program_solves_balances_and_refuses_to_train_on_them() {
         assert_eq!(mesh.point_fields().contains_key("pressure"), text == mixed);
         let done = sinew(&["sample", &file, "--out", &out, "--count", "3", "--solve"]);
         assert!(done.status.success(), "{}", lines(&done.stderr));
-        for command in ["train", "plan", "export", "evaluate"] {
-            let refused = sinew(&[command, &file, "--out", &out]);
+        for command in ["train", "plan", "export --page", "evaluate"] {
+            let command: Vec<_> = command.split(' ').collect();
+            let refused = sinew(&[&command[..], &[&file, "--out", &out]].concat());
             let told = lines(&refused.stderr);
             assert_eq!(refused.status.code(), Some(2), "{told}");
             assert!(told.contains("no potential") && told.contains("sinew solve"), "{told}");

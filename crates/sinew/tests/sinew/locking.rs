@@ -133,47 +133,6 @@ fn a_scene_that_is_copied_is_the_body_of_its_name() {
     }
 }
 
-/// A small ventricle with its pressure in θ.
-const HEART: &str = r#"
-law = "neo-hookean-young"
-loads = [{ pressure = "p", facets = "endo" }]
-supports = [{ clamped = "base" }]
-mesh.ellipsoid = { short = [22.0, 36.0], long = [58.0, 74.0], base = 0.0, cells = [1, 16, 8] }
-parameters = { E = [20.0, 30.0], nu = 0.3, p = [0.2, 1.0] }
-training = { held_out = 2 }
-"#;
-
-#[test]
-fn a_cavity_has_a_curve_of_pressure_and_volume() {
-    let case = Case::parse(HEART, "heart.toml").unwrap();
-    let body = case.body().unwrap();
-    let inflation =
-        sinew::Inflation::of(&body).unwrap().expect("a cavity under a pressure of theta");
-    assert_eq!(
-        (&*inflation.cavities, &*inflation.pressure),
-        (&["endo".to_string()][..], "p [kPa]")
-    );
-    let volumes = &inflation.volumes[0];
-    assert!(volumes.len() == 9 && volumes.is_sorted(), "{volumes:?}");
-    let pressures = &inflation.pressures;
-    assert!(pressures.is_sorted() && [pressures[0], pressures[8]] == [0.2, 1.0], "{pressures:?}");
-    let emulator = sinew::Emulator::taylor(&body, 1).unwrap();
-    let predicted = inflation.predicted(&emulator).unwrap();
-    // The expansion is about the middle.
-    assert!((predicted[0][4] / volumes[4] - 1.0).abs() < 1e-3, "{predicted:?} for {volumes:?}");
-
-    let thetas = vec![body.centre()];
-    let found = sinew::simulate(&body, &thetas, "test", None, &mut ()).unwrap();
-    let test = sinew::TestSet::new(&body, found);
-    let mut comparison = sinew::Comparison::new(&test).unwrap();
-    comparison.add("taylor", &emulator, &test, 1).unwrap();
-    let page = comparison.report().unwrap().to_html();
-    assert!(page.contains("Pressure and volume") && page.contains("volume [ml]"));
-    // A beam has no cavity.
-    let beam = Case::parse(BAR, "bar.toml").unwrap().body().unwrap();
-    assert_eq!(sinew::Inflation::of(&beam).unwrap(), None);
-}
-
 #[test]
 fn the_head_of_a_report_says_what_has_to_be_known() {
     let folder = folder("bar.toml", BAR);
@@ -184,7 +143,6 @@ fn the_head_of_a_report_says_what_has_to_be_known() {
     };
     run("train bar.toml");
     assert!(run("evaluate bar.toml --cases 6").contains("expected to lose"));
-    run("report bar.toml");
     let page = std::fs::read_to_string(folder.path().join("out/bar/report.html")).unwrap();
     let head = page.split("In short").nth(1).unwrap().split("<h2").next().unwrap();
     for said in ["expected to lose", "regression is the most accurate", "95 % within"] {

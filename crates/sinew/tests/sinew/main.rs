@@ -1,5 +1,7 @@
 //! The program and its library: case files, mistakes of newcomers, answers, pages, patients.
 
+#[path = "../../../../fixtures/solids/carp.rs"]
+mod carp_files;
 #[path = "../../../sinew-mesh/tests/mesh/damage.rs"]
 mod damage;
 #[path = "../../../../fixtures/solids/shells.rs"]
