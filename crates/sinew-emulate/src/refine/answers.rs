@@ -13,8 +13,8 @@ use std::time::Instant;
 
 /// Answers between two progress reports: several chains of neighbours.
 const AT_ONCE: usize = 100;
-/// Quasi-Newton steps with a neighbour's stiffness at most. They cost about as much as one Newton step.
-const QUASI_NEWTON: usize = 9;
+/// Quasi-Newton steps with a neighbour's stiffness at most, of small and of large bodies. They cost about as much as one Newton step.
+const QUASI_NEWTON: [usize; 2] = [9, 27];
 /// Largest error that quasi-Newton steps are to leave. The length of a linear step tells less of larger ones: a thin strip that rotates had
 /// an error of 2.4e-2 for an estimate of 1.4e-2.
 const LINEAR: f64 = 2e-3;
@@ -84,17 +84,20 @@ impl Answers {
         let start = Instant::now();
         let mut counter = Counter::new(observer, "answer", 0, thetas.len());
         let (plan, counted) = Plan::quick(body, thetas, accuracy, emulator, &mut counter)?;
-        let (expansion, centre_jumped) = match (plan.method(), counted) {
-            (Method::Expansion, Some(Counted { solver, displacement, jumped, .. })) => {
-                (Some(Emulator::taylor_about(solver, &displacement, 1)?), jumped)
+        let mut answers: Vec<_> = thetas.iter().map(|_| None).collect();
+        let (mut expansion, mut centre_jumped) = (None, false);
+        if let Some(Counted { solver, displacement, first, jumped, .. }) = counted {
+            answers[0] = Some(Ok(Answer::from(first).descended(jumped)));
+            counter.keep(1);
+            if plan.method() == Method::Expansion {
+                expansion = Some(Emulator::taylor_about(solver, &displacement, 1)?);
+                centre_jumped = jumped;
             }
-            _ => (None, false),
-        };
+        }
         let emulator = match plan.method() {
             Method::Emulator => emulator,
             _ => expansion.as_ref(),
         };
-        let answers = thetas.iter().map(|_| None).collect();
         let mut found = Found { body, thetas, accuracy, answers };
         counter.begin();
         if let Some(emulator) = emulator {
@@ -268,7 +271,9 @@ impl Found<'_> {
         stepping: &mut Stepping,
     ) -> Result<Result<Answer>> {
         let mut from = predicted.to_vec();
-        let stop = Stop::within(stepping.accuracy.min(LINEAR), QUASI_NEWTON);
+        let large = solver.unknowns() >= LARGE_SYSTEM;
+        let most = QUASI_NEWTON[usize::from(large)];
+        let stop = Stop::within(stepping.accuracy.min(LINEAR), most);
         if let Some(held) = &stepping.held {
             let contracts = stepping.seen > 0 && similar(held, theta);
             match solver.refine(predicted, theta, Stop { contracts, ..stop }) {
@@ -295,7 +300,6 @@ impl Found<'_> {
             let start = if stepping.descends { &from } else { &rest };
             return Ok(answer.map_or_else(|| exact(solver, start, theta, taken), Ok));
         }
-        let large = solver.unknowns() >= LARGE_SYSTEM;
         let minimum_accuracy = if large { RESIDUAL_OF_LARGE } else { RESIDUAL };
         let options = Options { minimum_accuracy, ..Options::default() };
         let solved = match solver.solve_from(&from, theta, &options) {

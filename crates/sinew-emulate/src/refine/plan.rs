@@ -69,14 +69,14 @@ pub struct Cost {
     pub each: f64,
 }
 
-/// Costs of the methods for a number of parameter sets, from two solves whose Newton steps were counted and one step that was timed.
+/// Costs of the methods for a number of parameter sets, from two solves whose Newton steps were counted and timed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
     /// Parameter sets.
     pub sets: usize,
     /// Tolerance: mean nodal error relative to the mean nodal displacement.
     pub accuracy: f64,
-    /// Wall time of a Newton step with its check on one thread \[s\]; `None` where nothing was measured.
+    /// Wall time of a Newton step \[s\]; `None` where nothing was measured.
     pub step_s: Option<f64>,
     /// Methods, the one with the fewest expected Newton steps first.
     pub costs: Vec<Cost>,
@@ -84,7 +84,7 @@ pub struct Plan {
 
 impl Plan {
     /// Plans for several numbers of parameter sets near one of them. Counts the Newton steps of a solve at the centre of the ranges and of
-    /// one from there to that set, and times a checked Newton step, once for all numbers.
+    /// one from there to that set, and times the second, once for all numbers.
     ///
     /// An `emulator` gives the initial guess of the solve at the centre. Its own preparation counts as zero.
     ///
@@ -156,7 +156,8 @@ impl Plan {
             costs.push(Cost { method: Method::Emulator, prepare: 0.0, each });
         }
         costs.sort_by(|a, b| a.newton_steps(sets).total_cmp(&b.newton_steps(sets)));
-        Self { sets, accuracy, step_s: Some(counted.step_s), costs }
+        let step_s = counted.first.seconds / counted.first.iterations().max(1) as f64;
+        Self { sets, accuracy, step_s: Some(step_s), costs }
     }
 
     /// The method that is taken.
@@ -193,8 +194,8 @@ pub(crate) struct Counted<'b> {
     near: f64,
     /// Newton steps of the solve at the centre.
     centre: f64,
-    /// A Newton step with its check \[s\].
-    step_s: f64,
+    /// Equilibrium at the first parameter set.
+    pub first: Solution,
     pub solver: Solver<'b>,
     /// Displacement at the centre, node by node \[length\].
     pub displacement: Vec<f64>,
@@ -213,13 +214,11 @@ impl<'b> Counted<'b> {
         let (mut solver, options) = (Solver::new(body)?, Options::default());
         let solved = at_centre(&mut solver, emulator, counter)?;
         let Some((centre, displacement, jumped)) = solved else { return Ok(None) };
-        let Ok(near) = solver.solve_from(&displacement, theta, &options) else { return Ok(None) };
-        let checked = solver.error_estimate(&near.displacement, theta)?;
-        let step_s = checked.seconds / checked.newton_steps.max(1) as f64;
-        let near = near.iterations() as f64;
+        let Ok(first) = solver.solve_from(&displacement, theta, &options) else { return Ok(None) };
+        let near = first.iterations() as f64;
         // A solve from rest may take fewer.
         let near = if emulator.is_none() { near.min(centre) } else { near };
-        Ok(Some(Self { near, centre, step_s, solver, displacement, jumped }))
+        Ok(Some(Self { near, centre, first, solver, displacement, jumped }))
     }
 }
 
