@@ -179,6 +179,12 @@ impl<const D: usize> Model<D> {
     /// Requires that no parameter of the equation is called like one of the prior or the noise, and that the variances that
     /// covariances are made of are numbers.
     fn check_parameters(&self) -> Result<()> {
+        for by in self.groups.iter().flat_map(Compiled::shrinkages) {
+            ensure!(
+                (by * by).is_normal(),
+                "derivatives over the whole domain shrink functions by {by:e}, whose square is no number of double precision; give coordinates in a unit in which the domain is of order one"
+            );
+        }
         for (k, FreeParameter { name, bounds, .. }) in self.parameters.iter().enumerate() {
             if self.theta_range().contains(&k) {
                 ensure!(
@@ -189,7 +195,8 @@ impl<const D: usize> Model<D> {
             }
             let [lower, upper] = bounds;
             ensure!(
-                bounds.iter().all(|end| (end * end).is_normal()),
+                // With room for rounding errors of the variances.
+                bounds.iter().all(|end| (end * end * f64::EPSILON).is_normal()),
                 "by the size of the data {name} is between {lower:e} and {upper:e}, whose squares are not numbers of double precision; give values, conditions and coordinates in a unit in which they are between 1e-140 and 1e140"
             );
         }

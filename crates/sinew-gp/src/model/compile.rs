@@ -74,6 +74,15 @@ impl<const D: usize> Compiled<D> {
         root_mean_square(&residual)
     }
 
+    /// [`shrinkage`] of each derivative.
+    pub(crate) fn shrinkages(&self) -> impl Iterator<Item = f64> {
+        let each = |leg: &PointCoefficients<D>| {
+            let orders = leg.parts.iter().flat_map(|part| &part.orders);
+            orders.map(|orders| shrinkage(&leg.extents, orders)).collect::<Vec<_>>()
+        };
+        self.legs.iter().flat_map(each)
+    }
+
     /// Size of the operator on functions of size one of each part that vary over the whole domain: a derivative is
     /// of the size of one over the extent, whatever the unit of length.
     pub(crate) fn operator_sizes(&self, theta: &[f64]) -> Vec<f64> {
@@ -83,8 +92,7 @@ impl<const D: usize> Compiled<D> {
             let mut sum = 0.0;
             for (monomial, array) in leg.factors(theta).into_iter().zip(arrays) {
                 for (row, orders) in array.chunks(count).zip(orders) {
-                    let shrink = leg.extents.iter().zip(orders).map(|(l, n)| l.powi(-(*n as i32)));
-                    let factor = monomial * shrink.product::<f64>();
+                    let factor = monomial * shrinkage(&leg.extents, orders);
                     row.iter().for_each(|a| sum += (factor * a).powi(2));
                 }
             }
@@ -93,6 +101,11 @@ impl<const D: usize> Compiled<D> {
         let largest = |part| self.legs.iter().map(|leg| size(leg, part)).fold(0.0, f64::max);
         (0..self.legs[0].parts.len()).map(largest).collect()
     }
+}
+
+/// Size of a derivative of functions of size one that vary over the whole domain.
+fn shrinkage<const D: usize>(extents: &[f64; D], orders: &[usize; D]) -> f64 {
+    extents.iter().zip(orders).map(|(l, n)| l.powi(-(*n as i32))).product()
 }
 
 /// Puts a group of observations into numbers; messages call it `whose`.

@@ -304,9 +304,14 @@ pub(crate) fn noise_name(group: usize) -> String {
 /// Empty data: nothing to condition on.
 pub(crate) const NO_DATA: &str = "the model has no observations; add values or an equation";
 
-/// Root of the mean square; 0 of nothing.
+/// Root of the mean square, also where squares are no numbers; 0 of nothing.
 pub(crate) fn root_mean_square(values: &[f64]) -> f64 {
-    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
+    let count = values.len().max(1) as f64;
+    let of =
+        |unit: f64| unit * (values.iter().map(|v| (v / unit).powi(2)).sum::<f64>() / count).sqrt();
+    Some(of(1.0))
+        .filter(|root| root.is_normal())
+        .unwrap_or_else(|| of(largest(values).max(f64::MIN_POSITIVE)))
 }
 
 /// Largest magnitude.

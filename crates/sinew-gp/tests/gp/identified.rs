@@ -76,16 +76,32 @@ fn sizes_whose_squares_are_no_numbers_are_refused() -> Result<(), GpError> {
     let line = Domain::interval("x", [0.0, 1.0])?;
     let [dx] = line.derivatives();
     let problem = Problem::new(line, &Parameter::new("a", [0.1, 10.0])? * dx * dx)?;
-    for size in [1e160, -1e300, 1e-170] {
+    let known = |size: f64| Noise::Known(1e-3 * size);
+    for (size, noise) in [
+        (1e160, Noise::Learned),
+        (-1e300, Noise::Learned),
+        (1e-170, Noise::Learned),
+        (1e-150, known(1e-150)),
+        // The square of the error vanishes, and those of the values.
+        (1e-300, known(1e-300)),
+    ] {
         let places = [[0.2], [0.4], [0.5], [0.8]];
-        let data =
-            Data::new().values(&places, &[1.0, 3.0, 4.0, 2.0].map(|y| y * size), Noise::Learned);
+        let data = Data::new().values(&places, &[1.0, 3.0, 4.0, 2.0].map(|y| y * size), noise);
         let refused = fitted(&problem, data.equation(&[[0.3]], &[0.0], Noise::Exact)).unwrap_err();
         assert!(matches!(refused, GpError::Invalid(_)), "{refused}");
         assert!(
             refused.to_string().contains("give values, conditions and coordinates"),
             "{refused}"
         );
+    }
+    for length in [1e-150, 1e100] {
+        let line = Domain::interval("x", [0.0, length])?;
+        let [dx] = line.derivatives();
+        let problem = Problem::new(line, &Parameter::new("a", [0.1, 10.0])? * dx * dx)?;
+        let data = Data::new().values(&[[0.2 * length], [0.4 * length]], &[1.0, 2.0], known(1.0));
+        let refused = fitted(&problem, data.equation(&[[0.3 * length]], &[0.0], Noise::Exact));
+        let refused = refused.unwrap_err().to_string();
+        assert!(refused.contains("give coordinates in a unit"), "{refused}");
     }
     Ok(())
 }
