@@ -1,6 +1,6 @@
 //! A mesh whose kind of cell is decided at run time.
 
-use crate::geometry::ASKEW;
+use crate::geometry::{ASKEW, extents};
 use crate::io::{GRID, save, to_xml};
 use crate::topology::Cells;
 use crate::tree::SurfaceTree;
@@ -241,6 +241,26 @@ impl AnyMesh {
         hanging
     }
 
+    /// The boundary as a surface of [`AnyMesh::boundary_triangles`], with the cell of each. Over the sides of a plane body stand walls of two triangles, of different heights.
+    pub fn boundary_surface(&self) -> (TriangleMesh, Vec<usize>) {
+        let (mut points, (mut cells, mut owners)) =
+            (self.points().to_vec(), self.boundary_triangles());
+        if self.element().dimension == 2 {
+            let (step, height) = (points.len(), 2.0 * extents(&points).iter().sum::<f64>());
+            points.extend_from_within(..);
+            for (node, point) in points.iter_mut().enumerate() {
+                let part = 1.0 + 0.1 * (0.618 * node as f64).fract();
+                point[2] += if node < step { -height } else { height * part };
+            }
+            for side in self.boundary_facets() {
+                let [a, b] = [0, 1].map(|end| self.nodes_of_facet(side)[end]);
+                cells.extend([[a, b, b + step], [a, b + step, a + step]]);
+                owners.extend([side.cell; 2]);
+            }
+        }
+        (TriangleMesh { points, cells, ..TriangleMesh::default() }, owners)
+    }
+
     /// A cell of each part, joined by common nodes, that lies inside an odd number of others. Only one of two parts at one place is real.
     ///
     /// ```
@@ -256,19 +276,17 @@ impl AnyMesh {
     pub fn enclosed_parts(&self) -> Vec<usize> {
         let of_cells = || self.cells().chunks_exact(self.element().nodes.len());
         let parts = connected_components(self.points().len(), of_cells());
-        let (triangles, _) = self.boundary_triangles();
-        if parts.len() < 2 || triangles.is_empty() {
+        if parts.len() < 2 {
             return Vec::new();
         }
-        let place = |node: usize| Vector3::from(self.points()[node]);
-        let tree = SurfaceTree::of(triangles.iter().map(|nodes| nodes.map(place)).collect());
+        let tree = SurfaceTree::new(&self.boundary_surface().0);
         let mut is_least = vec![false; self.points().len()];
         parts.iter().for_each(|nodes| is_least[nodes[0]] = true);
         // A ray leaves the part's own surface once more than it enters it, all others as often unless it begins inside.
         let encloses = |nodes: &[usize]| {
-            let corners = &nodes[..self.element().corners];
-            let centre = corners.iter().map(|&node| place(node)).sum::<Vector3<f64>>();
-            tree.hits(centre / corners.len() as f64, ASKEW).len().is_multiple_of(2)
+            let corners = nodes[..self.element().corners].iter();
+            let sum: Vector3<f64> = corners.map(|&node| Vector3::from(self.points()[node])).sum();
+            tree.hits(sum / self.element().corners as f64, ASKEW).len().is_multiple_of(2)
         };
         let firsts = of_cells()
             .enumerate()

@@ -238,6 +238,26 @@ fn parts_inside_of_others_are_found() {
 }
 
 #[test]
+fn plane_parts_that_overlap_are_found() {
+    let (large, small) =
+        (rectangle_triangles([8.0; 2], [4; 2]), rectangle_triangles([1.0; 2], [1; 2]));
+    let both = |by: [f64; 2]| -> AnyMesh {
+        let (mut mesh, step) = (large.clone(), large.points.len());
+        mesh.points.extend(small.points.iter().map(|[x, y, _]| [x + by[0], y + by[1], 0.0]));
+        mesh.cells.extend(small.cells.iter().map(|cell| cell.map(|node| node + step)));
+        mesh.into()
+    };
+    let crossings = |mesh: &AnyMesh| self_intersections(&mesh.boundary_surface().0).len();
+    let inside = both([2.5, 2.7]);
+    assert_eq!((inside.enclosed_parts(), crossings(&inside)), (vec![32], 0));
+    // Sides cross in their middles.
+    let across = both([7.5, 2.5]);
+    assert!(crossings(&across) > 0);
+    let beside = both([9.0, 2.5]);
+    assert_eq!((beside.enclosed_parts(), crossings(&beside)), (vec![], 0));
+}
+
+#[test]
 fn no_node_of_a_generated_mesh_hangs() {
     // Thinner than the distance at which nodes hang.
     let sheet = box_tetrahedra([10.0, 1.0, 0.001], [5, 2, 1]);
@@ -253,5 +273,6 @@ fn no_node_of_a_generated_mesh_hangs() {
     for mesh in meshes {
         assert!(mesh.hanging_nodes().is_empty(), "{:?}", mesh.element());
         assert!(mesh.enclosed_parts().is_empty(), "{:?}", mesh.element());
+        assert!(self_intersections(&mesh.boundary_surface().0).is_empty(), "{:?}", mesh.element());
     }
 }

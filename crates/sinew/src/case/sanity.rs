@@ -9,7 +9,7 @@ use sinew_emulate::parts::dot;
 use sinew_emulate::{Emulator, Simulations, Warning};
 use sinew_energy::{Body, Mat3};
 use sinew_fem::{LockingWarning, SolveError, locking};
-use sinew_mesh::{AnyMesh, TriangleMesh, self_intersections};
+use sinew_mesh::{AnyMesh, self_intersections};
 use sinew_num::in_parallel;
 
 /// Smallest and largest size of a body [mm]: a millimetre of tissue and a metre, the length of a leg.
@@ -39,9 +39,8 @@ fn contacts(mesh: &AnyMesh) -> impl Iterator<Item = String> {
             hanging.len()
         )
     });
-    let (cells, of_cells) = mesh.boundary_triangles();
-    let points = mesh.points().to_vec();
-    let crossing = self_intersections(&TriangleMesh { points, cells, ..TriangleMesh::default() });
+    let (surface, of_cells) = mesh.boundary_surface();
+    let crossing = self_intersections(&surface);
     let crossing = crossing.first().map(|pair| {
         let [a, b] = pair.map(|triangle| of_cells[triangle]);
         format!(
