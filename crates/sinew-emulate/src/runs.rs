@@ -255,6 +255,11 @@ impl RunsEmulator {
         }
     }
 
+    /// Modes of displacements with their interpolation over θ; `None` of numbers.
+    pub fn regression(&self) -> Option<&PodRegression> {
+        self.mesh.as_ref().and_then(|_| self.outputs.first()).map(|(regression, _)| regression)
+    }
+
     /// Errors of runs left out, output by output.
     pub fn left_out(&self) -> &[LeftOut] {
         &self.left_out

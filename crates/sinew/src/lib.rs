@@ -112,7 +112,7 @@ pub use theta::{
     range_in_words, read_rows, read_thetas, theta_in_words, theta_of, thetas_along,
     values_in_words,
 };
-pub use viewer::{PAGE_SEED, viewer};
+pub use viewer::{PAGE_SEED, viewer, viewer_of_runs};
 pub use wall::ventricle;
 pub use {
     sinew_calibrate as calibrate, sinew_emulate as emulate, sinew_energy as energy,

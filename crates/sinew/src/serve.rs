@@ -1,7 +1,8 @@
-//! A body for samplers and other programs: the requests of UM-Bridge 1.0 and their answers.
+//! Models for samplers and other programs: the requests of UM-Bridge 1.0 and their answers.
 
 mod measured;
 mod quantities;
+mod runs;
 
 use crate::viewer::{Surface, viewer};
 use crate::{Emulator, patient::Prepared};
@@ -10,16 +11,17 @@ use quantities::Quantities;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use sinew_emulate::parts::dot;
-use sinew_emulate::{Error as EmulatorError, central_differences};
-use sinew_energy::Body;
+use sinew_emulate::{Error as EmulatorError, RunsEmulator, central_differences};
+use sinew_energy::{Body, Parameter};
 use sinew_fem::{Options, SolverPool};
 use std::sync::OnceLock;
 
-/// Models of one body for the protocol of UM-Bridge 1.0 (Seelinger et al., "UM-Bridge: Uncertainty quantification and modeling
-/// bridge", J. Open Source Software, 2023).
+/// Models of one body, or of stored runs, for the protocol of UM-Bridge 1.0 (Seelinger et al., "UM-Bridge: Uncertainty quantification and
+/// modeling bridge", J. Open Source Software, 2023).
 ///
 /// Input and output of each are one vector, [`Service::heads`]. `solver` finds the equilibrium at θ, `emulator` predicts, and `corrected`
-/// takes one Newton step from the prediction: a hierarchy for multilevel samplers. `patient` gives what a patient file measures.
+/// takes one Newton step from the prediction: a hierarchy for multilevel samplers. `patient` gives what a patient file measures. Of stored
+/// runs `emulator` predicts, and `deviation` gives the standard deviations of its errors.
 ///
 /// ```
 /// use sinew::{Case, serve::Service};
@@ -43,10 +45,21 @@ use std::sync::OnceLock;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Service<'b> {
+    source: Source<'b>,
+    patient: Option<Measured<'b>>,
+}
+
+/// A body or stored runs, with their models.
+enum Source<'b> {
+    Body(Box<OfBody<'b>>),
+    Runs(&'b RunsEmulator),
+}
+
+/// Models of a body.
+struct OfBody<'b> {
     body: &'b Body,
     emulator: Option<Emulator<'b>>,
     page: Option<Page>,
-    patient: Option<Measured<'b>>,
     solvers: SolverPool<'b>,
 }
 
@@ -79,13 +92,15 @@ enum Model {
     Corrected,
     Solver,
     Patient,
+    Deviation,
 }
 
 impl Model {
-    const ALL: [Self; 4] = [Self::Emulator, Self::Corrected, Self::Solver, Self::Patient];
+    const ALL: [Self; 5] =
+        [Self::Emulator, Self::Corrected, Self::Solver, Self::Patient, Self::Deviation];
 
     fn name(self) -> &'static str {
-        ["emulator", "corrected", "solver", "patient"][self as usize]
+        ["emulator", "corrected", "solver", "patient", "deviation"][self as usize]
     }
 }
 
@@ -134,6 +149,19 @@ impl Request {
             }
         }
     }
+
+    /// Requires θ within the ranges that an emulator is trained on, unless it may extrapolate.
+    fn within(&self, parameters: &[Parameter], theta: &[f64], other: &str) -> Result<(), Response> {
+        let outside = crate::outside(parameters, theta);
+        if outside.is_empty() || self.config.as_ref().is_some_and(|config| config.extrapolate) {
+            return Ok(());
+        }
+        let (outside, name) = (outside.join("; "), &self.name);
+        refuse(format!(
+            "{outside}, where `{name}` extrapolates; give values within the ranges, {other}or send \"config\": \
+             {{\"extrapolate\": true}}"
+        ))
+    }
 }
 
 /// The one vector of an input, with an entry for each head.
@@ -170,20 +198,35 @@ impl<E: Into<EmulatorError>> From<E> for Response {
 impl<'b> Service<'b> {
     /// Service for a body, with the emulator that `emulator` and `corrected` use; `solver` alone without one.
     pub fn new(body: &'b Body, emulator: Option<Emulator<'b>>) -> Self {
-        Self { body, emulator, page: None, patient: None, solvers: SolverPool::new(body) }
+        let of = OfBody { body, emulator, page: None, solvers: SolverPool::new(body) };
+        Self { source: Source::Body(Box::new(of)), patient: None }
     }
 
-    /// Gives the emulator's page at `/` too, as [`crate::viewer()`] makes it at the first request. It shows the solver's displacement where the
-    /// sliders rest, and the true error beside the shown one.
-    pub fn with_page(self, seed: u64) -> Self {
-        let surface = self.emulator.as_ref().and_then(|_| Surface::of(self.body));
-        let page = surface.map(|surface| Page { surface, seed, html: OnceLock::new() });
-        Self { page, ..self }
+    /// Service for an emulator of stored runs, without a solver. Its displacements have no derivatives.
+    pub fn of_runs(runs: &'b RunsEmulator) -> Self {
+        Self { source: Source::Runs(runs), patient: None }
+    }
+
+    /// Gives the page of a body's emulator at `/` too, as [`crate::viewer()`] makes it at the first request. It shows the solver's displacement
+    /// where the sliders rest, and the true error beside the shown one.
+    pub fn with_page(mut self, seed: u64) -> Self {
+        if let Source::Body(of) = &mut self.source {
+            let surface = of.emulator.as_ref().and_then(|_| Surface::of(&of.body.mesh));
+            of.page = surface.map(|surface| Page { surface, seed, html: OnceLock::new() });
+        }
+        self
     }
 
     /// Whether there is a page.
     pub fn has_page(&self) -> bool {
-        self.page.is_some()
+        self.page().is_some()
+    }
+
+    fn page(&self) -> Option<(&Page, &Emulator<'b>)> {
+        match &self.source {
+            Source::Body(of) => of.page.as_ref().zip(of.emulator.as_ref()),
+            Source::Runs(_) => None,
+        }
     }
 
     /// Adds the model `patient`: the data of a patient file as functions of its unknown parameters, through the unloaded body and all phases.
@@ -196,27 +239,32 @@ impl<'b> Service<'b> {
 
     /// Names of the models.
     pub fn models(&self) -> Vec<&'static str> {
-        let there = |model: &Model| match model {
-            Model::Solver => true,
-            Model::Patient => self.patient.is_some(),
-            _ => self.emulator.is_some(),
+        let there = |model: &Model| match (model, &self.source) {
+            (Model::Patient, _) => self.patient.is_some(),
+            (Model::Solver, Source::Body(_)) | (Model::Emulator, Source::Runs(_)) => true,
+            (Model::Deviation, Source::Runs(runs)) => runs.mesh.is_none(),
+            (Model::Emulator | Model::Corrected, Source::Body(of)) => of.emulator.is_some(),
+            _ => false,
         };
         Model::ALL.into_iter().filter(there).map(Model::name).collect()
     }
 
     /// Names of the entries of the input and of the output of a model, with their units. Outputs are the data of a patient file; of other models
-    /// the volumes of cavities \[length³\], then mean and largest nodal displacement \[length\].
+    /// of a body the volumes of cavities \[length³\], then mean and largest nodal displacement \[length\]; those of stored runs, of their
+    /// displacements mean, largest and half-width of the 95 % interval of the root mean square nodal error.
     pub fn heads(&self, model: &str) -> [Vec<String>; 2] {
-        match &self.patient {
-            Some(patient) if model == Model::Patient.name() => patient.heads(),
-            _ => [crate::heads(&self.body.parameters), Quantities(self.body).names()],
+        match (&self.patient, &self.source) {
+            (Some(patient), _) if model == Model::Patient.name() => patient.heads(),
+            (_, Source::Body(of)) => {
+                [crate::heads(&of.body.parameters), Quantities(of.body).names()]
+            }
+            (_, Source::Runs(runs)) => [crate::heads(&runs.parameters), runs::names(runs)],
         }
     }
 
     /// Answer to a request; never a panic, whatever it holds.
     pub fn answer(&self, method: &str, path: &str, text: &str) -> Response {
-        let page = self.page.as_ref().zip(self.emulator.as_ref());
-        if let ("GET", "/", Some((page, emulator))) = (method, path, page) {
+        if let ("GET", "/", Some((page, emulator))) = (method, path, self.page()) {
             return match page.html(emulator) {
                 Ok(text) => Response { status: 200, kind: "text/html; charset=utf-8", text },
                 Err(text) => Response { status: 500, kind: "text/plain; charset=utf-8", text },
@@ -234,7 +282,7 @@ impl<'b> Service<'b> {
     }
 
     fn posted(&self, path: &str, text: &str) -> Result<Value, Response> {
-        let of_page = self.page.as_ref().map(|_| "/Surface");
+        let of_page = self.page().map(|_| "/Surface");
         let known: Vec<_> = REQUESTS.into_iter().chain(of_page).collect();
         if !known.contains(&path) {
             let message = format!("{path} is not supported; there are: {}", known.join(", "));
@@ -250,10 +298,15 @@ impl<'b> Service<'b> {
             let message = format!("there is no model `{name}`; there are: {models}");
             return Err(Response::failed(400, "ModelNotFound", &message));
         };
+        let slopes = !matches!(&self.source, Source::Runs(runs) if runs.mesh.is_some());
         match path {
             "/ModelInfo" => Ok(json!({ "support": {
-                "Evaluate": true, "Gradient": true, "ApplyJacobian": true, "ApplyHessian": false
+                "Evaluate": true, "Gradient": slopes, "ApplyJacobian": slopes, "ApplyHessian": false
             } })),
+            "/Gradient" | "/ApplyJacobian" if !slopes => {
+                let reason = "displacements of stored runs have no derivatives here; ask /Evaluate";
+                Err(Response::failed(400, "UnsupportedFeature", reason))
+            }
             "/InputSizes" => Ok(json!({ "inputSizes": [self.heads(model.name())[0].len()] })),
             "/OutputSizes" => Ok(json!({ "outputSizes": [self.heads(model.name())[1].len()] })),
             _ => self.computed(path, model, &request),
@@ -264,12 +317,17 @@ impl<'b> Service<'b> {
         let heads = self.heads(model.name());
         let values = input(&heads[0], request.input.as_deref())?;
         let by = request.weights(path, heads.map(|heads| heads.len()))?;
-        let output = match &self.patient {
-            Some(_) if model == Model::Patient && path == "/Surface" => {
+        let output = match (&self.patient, &self.source) {
+            (Some(_), _) if model == Model::Patient && path == "/Surface" => {
                 return refuse("the model `patient` has no surface; ask another model".into());
             }
-            Some(patient) if model == Model::Patient => patient.answer(path, &values, &by)?,
-            _ => self.of_body(path, model, &values, &by, request)?,
+            (Some(patient), _) if model == Model::Patient => patient.answer(path, &values, &by)?,
+            (_, Source::Body(of)) => of.answer(path, model, &values, &by, request)?,
+            (_, Source::Runs(runs)) => {
+                request.within(&runs.parameters, &values, "")?;
+                let found = runs::at(runs, model == Model::Deviation, &values).or_else(refuse)?;
+                product(path, &by, found.0, values.len(), |row, d| found.1[row][d])
+            }
         };
         let output = finite(output)?;
         Ok(match path {
@@ -278,8 +336,10 @@ impl<'b> Service<'b> {
             _ => json!({ "output": output }),
         })
     }
+}
 
-    fn of_body(
+impl<'b> OfBody<'b> {
+    fn answer(
         &self,
         path: &str,
         model: Model,
@@ -290,9 +350,8 @@ impl<'b> Service<'b> {
         let parameters = self.body.parameters.iter().zip(values);
         let theta: Vec<f64> = parameters.map(|(p, &value)| p.unit.in_scene(value)).collect();
         crate::admissible(self.body, &theta).or_else(refuse)?;
-        let extrapolate = request.config.as_ref().is_some_and(|config| config.extrapolate);
-        if model != Model::Solver && !extrapolate {
-            self.within_ranges(model, &theta)?;
+        if model != Model::Solver {
+            request.within(&self.body.parameters, &theta, "ask the model `solver`, ")?;
         }
         match (path, &self.page) {
             ("/Surface", Some(page)) => {
@@ -302,19 +361,6 @@ impl<'b> Service<'b> {
             ("/Gradient", _) => self.gradient(model, &theta, by),
             _ => self.along(model, &theta, by),
         }
-    }
-
-    /// Requires θ within the ranges that an emulator is trained on.
-    fn within_ranges(&self, model: Model, theta: &[f64]) -> Result<(), Response> {
-        let outside = crate::outside(&self.body.parameters, theta);
-        if outside.is_empty() {
-            return Ok(());
-        }
-        let (outside, name) = (outside.join("; "), model.name());
-        refuse(format!(
-            "{outside}, where `{name}` extrapolates; give values within the ranges, ask the model `solver`, or send \"config\": \
-             {{\"extrapolate\": true}}"
-        ))
     }
 
     fn displacement(&self, model: Model, theta: &[f64]) -> Result<Vec<f64>, Response> {
@@ -394,6 +440,24 @@ fn finite(values: Vec<f64>) -> Result<Vec<f64>, Response> {
                 format!("the output holds {value}; give parameters nearer to their ranges");
             Err(Response::failed(500, "InvalidOutput", &reason))
         }
+    }
+}
+
+/// Values, or products of their derivatives by the input with `by`: a row for each value, a column for each entry of the input.
+fn product(
+    path: &str,
+    by: &[f64],
+    values: Vec<f64>,
+    inputs: usize,
+    slope: impl Fn(usize, usize) -> f64,
+) -> Vec<f64> {
+    let rows = 0..values.len();
+    match path {
+        "/Evaluate" => values,
+        "/Gradient" => {
+            (0..inputs).map(|i| rows.clone().map(|row| by[row] * slope(row, i)).sum()).collect()
+        }
+        _ => rows.map(|row| (0..inputs).map(|i| by[i] * slope(row, i)).sum()).collect(),
     }
 }
 

@@ -2,14 +2,16 @@
 
 mod compact;
 mod fields;
+mod runs;
 mod surface;
 
 use crate::{Emulator, locking_in_words};
 use compact::{Compact, PREDICTIONS, Sampled, predicted, relative};
 use fields::ErrorModel;
+pub use runs::viewer_of_runs;
 use serde_json::{Value, json};
 use sinew_emulate::{Design, Error, Observer, PodRegression, Result, split_seed};
-use sinew_energy::{Body, CavityPart, Lid, Magnitude, Parameter, SymmetryPlane};
+use sinew_energy::{Body, CavityPart, Lid, Magnitude, Parameter, PressureSurface, SymmetryPlane};
 use sinew_fem::LockingWarning;
 use sinew_report::format::digits;
 use sinew_report::{Packed, Quantity, Slider, Source, Viewer, ViewerCavity, ViewerEmulator};
@@ -48,7 +50,7 @@ const ROUNDING: f64 = 8e-7;
 /// most invert cells.
 pub fn viewer(emulator: &Emulator<'_>, seed: u64, observer: &mut dyn Observer) -> Result<Viewer> {
     let body = emulator.body();
-    let surface = Surface::of(body).ok_or_else(|| Error::Refused(NO_SURFACE.into()))?;
+    let surface = Surface::of(&body.mesh).ok_or_else(|| Error::Refused(NO_SURFACE.into()))?;
     let mut sample = |design: Design, count, stream| -> Result<Sampled> {
         let thetas = design.sample(&body.parameters, count, split_seed(seed, stream))?;
         let fields = predicted(emulator, &thetas, observer)?;
@@ -61,14 +63,14 @@ pub fn viewer(emulator: &Emulator<'_>, seed: u64, observer: &mut dyn Observer) -
         title: body.name.clone(),
         about: emulator.record.about.split(',').next().unwrap_or_default().into(),
         length: body.units.length.clone(),
-        points: Packed::f32(surface.positions(body)),
+        points: surface.positions(&body.positions),
         triangles: surface.packed(),
         strokes: surface.strokes(body),
         facts: facts(emulator, &motion),
         notes: emulator.record.warnings.iter().map(ToString::to_string).collect(),
         ..Viewer::default()
     };
-    viewer.quantities.push(displacement(body, &surface, &checked));
+    viewer.quantities.push(displacement(&body.units.length, &surface, checked.fields.iter()));
     for (quantity, error) in fields::colours(body, &surface, &fitted, &checked)? {
         let mut told =
             format!("{} % off that of the emulator's predictions", digits(100.0 * error, 2));
@@ -85,7 +87,7 @@ pub fn viewer(emulator: &Emulator<'_>, seed: u64, observer: &mut dyn Observer) -
     viewer.facts.push(("shown error".into(), found.told.clone()));
     viewer.quantities.extend(found.quantity);
     viewer.emulator = Some(ViewerEmulator {
-        parameters: sliders(body),
+        parameters: sliders(&body.parameters, &body.pressures),
         displacement: motion.shown.packed(),
         error: found.level,
         mesh,
@@ -164,23 +166,27 @@ fn discretisation(body: &Body, locking: Option<Option<&LockingWarning>>) -> Stri
 }
 
 /// Lengths of displacements, on a scale from 0 to the largest.
-fn displacement(body: &Body, surface: &Surface, checked: &Sampled) -> Quantity {
+fn displacement<'f>(
+    unit: &str,
+    surface: &Surface,
+    checked: impl Iterator<Item = &'f Vec<f64>>,
+) -> Quantity {
     let squares = |field: &Vec<f64>| -> Vec<f64> {
         let field = surface.of_field(field);
         field.as_chunks::<3>().0.iter().map(|u| u.iter().map(|x| x * x).sum()).collect()
     };
-    let largest = checked.fields.iter().flat_map(squares).fold(0.0, f64::max).sqrt();
+    let largest = checked.flat_map(squares).fold(0.0, f64::max).sqrt();
     Quantity {
         name: "Displacement".into(),
-        unit: body.units.length.clone(),
+        unit: unit.into(),
         source: Source::Displacement,
         scale: [0.0, largest],
         ..Quantity::default()
     }
 }
 
-fn sliders(body: &Body) -> Vec<Slider> {
-    let pressures: Vec<_> = body.pressures.iter().map(|surface| surface.magnitude).collect();
+fn sliders(parameters: &[Parameter], pressures: &[PressureSurface]) -> Vec<Slider> {
+    let pressures: Vec<_> = pressures.iter().map(|surface| surface.magnitude).collect();
     let slider = |(index, parameter): (usize, &Parameter)| Slider {
         name: parameter.name.clone(),
         unit: parameter.unit.name().into(),
@@ -189,7 +195,7 @@ fn sliders(body: &Body) -> Vec<Slider> {
         logarithmic: parameter.sampling == sinew_energy::Sampling::Log,
         pressure: pressures.contains(&Magnitude::Theta(index)),
     };
-    body.parameters.iter().enumerate().map(slider).collect()
+    parameters.iter().enumerate().map(slider).collect()
 }
 
 /// Unit that people read volumes in, and the size of a length³ in it.
@@ -203,7 +209,7 @@ fn cavities(body: &Body, surface: &Surface, fitted: &Sampled) -> ViewerEmulator 
     let volumes: Vec<_> = fitted.fields.iter().map(|field| body.cavity_volumes(field)).collect();
     let cavity = |(index, cavity): (usize, &sinew_energy::Cavity)| {
         let own = || volumes.iter().map(|volumes| volume_scale * volumes[index]);
-        let of_theta = |pressure: &&sinew_energy::PressureSurface| {
+        let of_theta = |pressure: &&PressureSurface| {
             cavity.triangles().next().is_some_and(|nodes| pressure.nodes.contains(&nodes[0]))
         };
         let magnitude = body.pressures.iter().find(of_theta)?.magnitude;

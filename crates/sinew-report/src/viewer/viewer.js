@@ -343,8 +343,8 @@
       const reading = (text, value, of) => make("div", {}, make("span", { textContent: text }), make("b", { textContent: digits(value) + unitOf(of) }));
       readings.replaceChildren(reading("mean motion of the surface", state.mean, data.length), reading("largest motion", state.largest, data.length),
         ...cavities.map((cavity) => reading(cavity.about, volume(cavity), emulator.volume)));
-      const [mean, most, share] = [...(state.error ?? []), (100 * state.error?.[0]) / state.mean].map((e) => digits(e, 2));
-      const error = `estimated error ${mean} ${data.length} in the mean (${share} %), ${most} ${data.length} at most`;
+      const [share, mean, most] = [(100 * state.error?.[0]) / state.mean, ...(state.error ?? [])].map((e) => digits(e, 2)), length = unitOf(data.length);
+      const error = most ? `estimated error ${mean}${length} in the mean (${share} %), ${most}${length} at most` : `95 % error ${mean}${length}, root mean square over the nodes (${share} %)`;
       const told = [state.error ? error : "no estimated error", emulator.mesh, state.solved?.words].filter(Boolean);
       readings.append(...told.map((textContent) => make("p", { className: "error", textContent })));
       drawCharts();

@@ -2,7 +2,7 @@
 
 #[cfg(feature = "networks")]
 use super::refuse;
-use super::{CaseArguments, chosen, trained, warn, write};
+use super::{CaseArguments, chosen, runs, trained, warn, write};
 #[cfg(feature = "networks")]
 use anyhow::Context;
 use anyhow::Result;
@@ -10,6 +10,7 @@ use clap::{ArgGroup, Args};
 use sinew::case::{RecipeName, Training, doubtful_emulator};
 use sinew::{Body, Case, Emulator, PAGE_SEED, TrainingOptions};
 use sinew_emulate::Terminal;
+use sinew_report::Viewer;
 use std::path::Path;
 
 /// Emulator, and what is written of it.
@@ -32,6 +33,12 @@ pub(crate) struct Export {
 
 impl Export {
     pub(crate) fn run(&self) -> Result<()> {
+        let asked = [!self.page, self.emulator.is_some()];
+        if let Some(runs) = runs::trained(&self.case, asked, "--weights, --emulator")? {
+            let title = self.case.file.case.file_name().unwrap_or_default().to_string_lossy();
+            let viewer = sinew::viewer_of_runs(&runs, &title, PAGE_SEED)?;
+            return write_page(&viewer, &runs::folder(&self.case).join("emulator.html"));
+        }
         let (case, body, folder) = self.case.open()?;
         if self.page {
             self.page(&case, &body, &folder)?;
@@ -73,15 +80,20 @@ impl Export {
         warn(doubtful_emulator(&emulator)?);
         let viewer = sinew::viewer(&emulator, PAGE_SEED, &mut Terminal::default())?;
         warn(&viewer.notes);
-        for (name, value) in &viewer.facts {
-            println!("{name}: {value}");
-        }
-        let (file, page) = (folder.join(format!("{name}.html")), viewer.to_html());
-        write(&file, &page)?;
-        let size = sinew_report::format::digits(page.len() as f64 / 1e6, 2);
-        println!("written: {}, {size} MB; open it in a browser", file.display());
-        Ok(())
+        write_page(&viewer, &folder.join(format!("{name}.html")))
     }
+}
+
+/// Writes a page, and tells what was measured of it.
+fn write_page(viewer: &Viewer, file: &Path) -> Result<()> {
+    for (name, value) in &viewer.facts {
+        println!("{name}: {value}");
+    }
+    let page = viewer.to_html();
+    write(file, &page)?;
+    let size = sinew_report::format::digits(page.len() as f64 / 1e6, 2);
+    println!("written: {}, {size} MB; open it in a browser", file.display());
+    Ok(())
 }
 
 /// A regression as `sinew train --recipe regression` makes it.

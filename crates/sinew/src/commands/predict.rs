@@ -85,19 +85,17 @@ impl Asked {
 impl Predict {
     pub(crate) fn run(&self) -> Result<()> {
         let Asked { case, theta, written, .. } = &self.asked;
-        if let Some(folder) = runs::trained(case) {
-            let options = [
-                self.accuracy.is_some(),
-                self.refine > 0,
-                self.neighbour.from.is_some(),
-                self.quick,
-                self.asked.emulator.is_some(),
-                written.fields,
-                case.file.mesh.is_some(),
-            ];
-            let reason = "stored runs have no solver: leave --accuracy, --refine, --from, --quick, --emulator, --fields and --mesh out";
-            refuse_if(options.contains(&true), || reason)?;
-            return runs::predict(&folder, case, theta, written.pictures);
+        let asked = [
+            self.accuracy.is_some(),
+            self.refine > 0,
+            self.neighbour.from.is_some(),
+            self.quick,
+            self.asked.emulator.is_some(),
+            written.fields,
+        ];
+        let options = "--accuracy, --refine, --from, --quick, --emulator, --fields";
+        if let Some(emulator) = runs::trained(case, asked, options)? {
+            return runs::predict(&emulator, case, theta, written.pictures);
         }
         let (case, body, folder) = case.open()?;
         if let Some(accuracy) = self.accuracy {

@@ -87,22 +87,36 @@ fn tell(emulator: &RunsEmulator) {
     }
 }
 
-/// Folder of an emulator of stored runs, where the place of the case names one.
-pub(crate) fn trained(case: &CaseArguments) -> Option<PathBuf> {
+/// The emulator of stored runs that the place of the case names, if it does. Other options are `asked` for in vain.
+pub(crate) fn trained(
+    case: &CaseArguments,
+    asked: impl IntoIterator<Item = bool>,
+    options: &str,
+) -> Result<Option<RunsEmulator>> {
     let folder = case.file.case.join(EMULATOR);
-    folder.join(RunsEmulator::FILE).exists().then_some(folder)
+    if !folder.join(RunsEmulator::FILE).exists() {
+        return Ok(None);
+    }
+    let extra = asked.into_iter().any(|asked| asked) || case.file.mesh.is_some();
+    refuse_if(extra, || format!("stored runs have no solver: leave {options} and --mesh out"))?;
+    let emulator = RunsEmulator::load(&folder)?;
+    warn(&emulator.warnings);
+    Ok(Some(emulator))
+}
+
+/// Folder for the results of an emulator of stored runs: its own, or the named one.
+pub(crate) fn folder(case: &CaseArguments) -> PathBuf {
+    case.out.clone().unwrap_or_else(|| case.file.case.clone())
 }
 
 /// Predicts outputs with their intervals, and writes them.
 pub(crate) fn predict(
-    folder: &Path,
+    emulator: &RunsEmulator,
     case: &CaseArguments,
     theta: &ThetaArguments,
     pictures: usize,
 ) -> Result<()> {
-    let emulator = RunsEmulator::load(folder)?;
-    warn(&emulator.warnings);
-    let out = case.out.clone().unwrap_or_else(|| case.file.case.clone()).join("predict");
+    let out = folder(case).join("predict");
     let thetas = theta.of(&emulator.parameters, &out)?;
     tell_outside(&emulator.parameters, &thetas);
     let found = try_in_parallel(thetas, |theta| -> Result<_, EmulatorError> {
@@ -110,9 +124,9 @@ pub(crate) fn predict(
         Ok((theta, found))
     })?;
     for (theta, found) in found.iter().take(MOST_LINES) {
-        println!("{}: {}", values_in_words(&emulator.parameters, theta), said(&emulator, found));
+        println!("{}: {}", values_in_words(&emulator.parameters, theta), said(emulator, found));
     }
-    write_predictions(&out, &emulator, &found, pictures)?;
+    write_predictions(&out, emulator, &found, pictures)?;
     println!("written: {}", out.display());
     Ok(())
 }

@@ -1,14 +1,15 @@
-//! A body for samplers and other programs, over HTTP.
+//! A body, or stored runs, for samplers and other programs, over HTTP.
 
 mod http;
 
 use super::stop::signalled;
-use super::{CaseArguments, Usage, chosen, refuse, trained};
+use super::{CaseArguments, Usage, chosen, refuse, runs, trained};
 use anyhow::Result;
 use clap::Args;
 use http::Connection;
 use sinew::PatientFile;
 use sinew::serve::{Response, Service};
+use std::fmt::Display;
 use std::io::{self, ErrorKind};
 use std::net::{IpAddr, TcpListener, ToSocketAddrs};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -57,6 +58,9 @@ fn address(text: &str) -> Result<IpAddr, String> {
 
 impl Serve {
     pub(crate) fn run(&self) -> Result<()> {
+        if let Some(runs) = runs::trained(&self.case, [self.emulator.is_some()], "--emulator")? {
+            return self.serve(&Service::of_runs(&runs), &self.case.file.case.display());
+        }
         let (case, body, folder) = self.case.open()?;
         let file = PatientFile::of(case)?;
         let unfit = |why: &_| eprintln!("warning: {why}; the model patient is not served");
@@ -79,23 +83,28 @@ impl Serve {
         if self.bind.is_loopback() {
             service = service.with_page(sinew::PAGE_SEED);
         }
+        self.serve(&service, &body.name)
+    }
+
+    fn serve(&self, service: &Service<'_>, name: &dyn Display) -> Result<()> {
         let listener = TcpListener::bind((self.bind, self.port));
         let listener = listener.or_else(|error| refuse(self.not_bound(&error)))?;
         let address = listener.local_addr()?;
-        println!("models: {}", service.models().join(", "));
-        let of_patient = prepared.as_ref().map(|_| ("patient", " of patient"));
-        for (model, of) in [("solver", "")].into_iter().chain(of_patient) {
+        let models = service.models();
+        println!("models: {}", models.join(", "));
+        let of_patient = models.contains(&"patient").then_some(("patient", " of patient"));
+        for (model, of) in [(models[0], "")].into_iter().chain(of_patient) {
             let [input, output] = service.heads(model).map(|heads| heads.join(", "));
             println!("input{of}: {input}\noutput{of}: {output}");
         }
         if service.has_page() {
             println!("page: http://{address}/, made when it is opened first");
         }
-        println!("serving {} at http://{}", body.name, address);
+        println!("serving {name} at http://{address}");
         let cores = thread::available_parallelism().map_or(1, usize::from);
         let free = self.threads.unwrap_or(cores).max(1);
         let state = Mutex::new(State { free, open: 0, ending: false });
-        self.listen(&listener, &service, &Desk { state, changed: Condvar::new() })
+        self.listen(&listener, service, &Desk { state, changed: Condvar::new() })
     }
 
     /// Takes clients until a signal comes, and ends the program when requests under way are answered.

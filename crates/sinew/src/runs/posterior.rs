@@ -11,7 +11,8 @@ use sinew_calibrate::{CalibrateError, Identified};
 use sinew_emulate::{Counter, Emulated, Observer, RunsEmulator};
 use sinew_energy::Unit;
 use sinew_sample::{
-    ArvizDict, Chains, Laplace, LogDensity, NutsOptions, nuts_from, standard_normals,
+    ArvizDict, Chains, Laplace, LogDensity, NutsOptions, effective_share, nuts_from, psis,
+    standard_normals,
 };
 use statrs::distribution::{Continuous, ContinuousCDF, Normal};
 use std::f64::consts::TAU;
@@ -34,6 +35,8 @@ const DISAGREE: f64 = 1.05;
 /// Misfits at the mode \[standard deviations\] from which on a value is doubtful, and refused.
 const DOUBTFUL: f64 = 3.0;
 const OUT_OF_REACH: f64 = 5.0;
+/// Effective share of importance weights above which they hardly differ.
+const EQUAL: f64 = 0.99;
 /// Share of a range next to an end. If more draws are there than in the next such share, by this factor, the posterior goes on beyond it.
 const EDGE: f64 = 0.05;
 const RISING: f64 = 1.5;
@@ -78,6 +81,8 @@ pub struct RunsPosterior {
     outputs: Chains,
     /// Logarithm of the likelihood of each datum by chain and draw.
     log_likelihoods: Chains,
+    /// Logarithm of the weight of each draw in the posterior of an emulator without errors.
+    log_weights: Chains,
     /// Parameters in coordinates whose prior is standard normal.
     coordinates: Chains,
     /// Reasons for mistrust.
@@ -128,6 +133,7 @@ impl RunsPosterior {
         let outputs = coordinates.mapped(values);
         Ok(Self {
             log_likelihoods: outputs.mapped(|outputs| target.log_likelihoods(outputs)),
+            log_weights: outputs.mapped(|outputs| vec![target.log_weight(outputs)]),
             outputs,
             errors: target.at(best).iter().map(|of| of.deviation).collect(),
             draws: coordinates.mapped(|y| target.theta(y)),
@@ -162,6 +168,12 @@ impl RunsPosterior {
         let [r_hat, bulk, tail] = self.coordinates.mixing();
         let ess = bulk.min(tail);
         lines.push(format!("R̂ {r_hat:.3}, {ess:.0} effective draws; no solver has confirmed it"));
+        let weights: Vec<f64> = self.log_weights.pooled().map(|weight| weight[0]).collect();
+        let share = effective_share(&weights);
+        lines.extend((share < EQUAL).then(|| {
+            let k_hat = psis(&weights, bulk / weights.len() as f64).k_hat;
+            format!("without the error of the emulator the draws have an effective share of {share:.2}, Pareto k̂ {k_hat:.2}")
+        }));
         lines
     }
 
@@ -182,6 +194,8 @@ impl RunsPosterior {
             dict = dict.with("posterior", &head, self.outputs.parameter(2 * place));
             dict = dict.with_observed(&head, datum.value);
         }
+        let weights = self.log_weights.parameter(0);
+        let dict = dict.with("sample_stats", "log_weight_without_emulator_error", weights);
         let labels = self.data.iter().zip(&self.units).map(|(d, unit)| unit.head(&d.output));
         let chains = self.log_likelihoods.draws.clone();
         dict.with_log_likelihood(labels.collect(), chains)
@@ -281,6 +295,17 @@ impl<'a> Target<'a> {
         let gradient = prior + by_value.tr_mul(&weighted) + of_deviations.tr_mul(&by_deviation);
         let precision = DMatrix::identity(count, count) + by_value.tr_mul(&(inverse * &by_value));
         (value, gradient, precision)
+    }
+
+    /// Logarithm of the likelihood at outputs and deviations by an emulator without errors over that with them, but for a constant.
+    fn log_weight(&self, outputs: &[f64]) -> f64 {
+        let (values, deviations): (Vec<f64>, Vec<f64>) =
+            outputs.as_chunks::<2>().0.iter().map(|pair| (pair[0], pair[1])).unzip();
+        let Some((factor, _)) = self.noise(&deviations) else { return f64::NEG_INFINITY };
+        let residual = DVector::from_fn(values.len(), |i, _| self.data[i].value - values[i]);
+        let own = residual.iter().zip(self.data).map(|(r, datum)| (r / datum.sd).powi(2));
+        let log_determinant: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
+        0.5 * (residual.dot(&factor.solve(&residual)) - own.sum::<f64>()) + log_determinant
     }
 
     /// Logarithm of the density of each datum at outputs and deviations, given the parameters and the other data.

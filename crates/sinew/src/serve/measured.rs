@@ -1,6 +1,6 @@
 //! Data of a patient file as a model.
 
-use super::{Response, refuse};
+use super::{Response, product, refuse};
 use crate::patient::Prepared;
 use sinew_calibrate::{Forward, Patient, Problem};
 use std::ops::RangeInclusive;
@@ -55,14 +55,7 @@ impl<'b> Measured<'b> {
             let sizes = unknowns[unknown].size / data[datum].size;
             seen.jacobian[data[datum].observable][unknown] * sizes
         };
-        let [rows, columns] = [0..data.len(), 0..unknowns.len()];
-        let sum = |terms: &mut dyn Iterator<Item = f64>| terms.sum::<f64>();
-        Ok(match path {
-            "/Evaluate" => data.iter().map(|d| seen.values[d.observable] / d.size).collect(),
-            "/Gradient" => {
-                columns.map(|i| sum(&mut rows.clone().map(|d| by[d] * slope(d, i)))).collect()
-            }
-            _ => rows.map(|d| sum(&mut columns.clone().map(|i| by[i] * slope(d, i)))).collect(),
-        })
+        let values = data.iter().map(|d| seen.values[d.observable] / d.size).collect();
+        Ok(product(path, by, values, unknowns.len(), slope))
     }
 }

@@ -91,16 +91,16 @@ const ESTIMATES: usize = 250;
 /// Estimates that a regression needs.
 const LEAST_ESTIMATES: usize = 40;
 /// Highest total degree of the polynomials.
-const ERROR_DEGREE: usize = 4;
+pub(super) const ERROR_DEGREE: usize = 4;
 /// Least error of a node relative to the mean that has a colour of its own: held nodes have none at all.
 const FLOOR: f64 = 1e-2;
 /// Rounding error of the pattern \[relative to the norm of its logarithms\]: the pattern locates the error, in colours of a
 /// decade each.
 const PATTERN: f64 = 0.1;
 /// Rounding error of the level \[relative to the norm of its logarithms\].
-const LEVEL: f64 = 1e-4;
+pub(super) const LEVEL: f64 = 1e-4;
 /// Factor within which a shown error is said to be right.
-const FACTOR: f64 = 3.0;
+pub(super) const FACTOR: f64 = 3.0;
 
 /// Nodal errors of some parameter sets.
 #[derive(Default)]

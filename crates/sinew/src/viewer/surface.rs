@@ -1,6 +1,7 @@
 //! The surface of a body: triangles over their own nodes, with fibres.
 
 use sinew_energy::Body;
+use sinew_mesh::AnyMesh;
 use sinew_report::{LineSegments, Packed};
 
 /// Most fibres that are drawn.
@@ -10,7 +11,7 @@ const STROKE: f64 = 0.9;
 /// Part of a fibre that must lie in the surface, or its direction there says little.
 const LEAST_WITHIN: f64 = 0.3;
 
-/// Triangles of a body's boundary.
+/// Triangles of a mesh's boundary.
 pub(crate) struct Surface {
     /// Nodes of the mesh, in order.
     pub(super) nodes: Vec<usize>,
@@ -21,9 +22,9 @@ pub(crate) struct Surface {
 }
 
 impl Surface {
-    /// `None` for a body without a surface in three dimensions.
-    pub(crate) fn of(body: &Body) -> Option<Self> {
-        let (triangles, cells) = body.mesh.boundary_triangles();
+    /// `None` for a mesh without a surface in three dimensions.
+    pub(crate) fn of(mesh: &AnyMesh) -> Option<Self> {
+        let (triangles, cells) = mesh.boundary_triangles();
         let mut nodes: Vec<usize> = triangles.as_flattened().to_vec();
         nodes.sort_unstable();
         nodes.dedup();
@@ -47,8 +48,8 @@ impl Surface {
         self.nodes.iter().flat_map(|&node| field[3 * node..3 * node + 3].to_vec()).collect()
     }
 
-    pub(super) fn positions(&self, body: &Body) -> Vec<f32> {
-        self.nodes.iter().flat_map(|&node| body.positions[node].map(|x| x as f32)).collect()
+    pub(super) fn positions(&self, points: &[[f64; 3]]) -> Packed {
+        Packed::f32(self.nodes.iter().flat_map(|&node| points[node].map(|x| x as f32)))
     }
 
     pub(super) fn packed(&self) -> Packed {

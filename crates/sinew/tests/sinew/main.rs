@@ -29,6 +29,7 @@ mod posteriors_of_runs;
 mod program;
 mod readers;
 mod runs;
+mod runs_elsewhere;
 mod selections;
 mod serve;
 mod spelling;

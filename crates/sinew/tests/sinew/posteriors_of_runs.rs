@@ -3,14 +3,14 @@
 use crate::program::{done, refused};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use sinew::emulate::{Output, RunsEmulator};
+use sinew::emulate::{Output, RunsEmulator, share_of};
 use sinew::runs::{Measured, RunsPosterior};
 use sinew::{Design, Parameter};
 use sinew_sample::{NutsOptions, standard_normals};
 use std::fmt::Write;
 
 /// Emulator of two numbers of a stiffness and an angle, of this many runs.
-fn two_numbers(count: usize) -> (RunsEmulator, Vec<Vec<f64>>) {
+pub(crate) fn two_numbers(count: usize) -> (RunsEmulator, Vec<Vec<f64>>) {
     let parameters = vec![
         Parameter::log("k", "kPa", 1.0..=10.0),
         Parameter::linear("angle", "deg", -60.0..=60.0),
@@ -101,6 +101,38 @@ fn slopes_of_emulated_numbers_are_those_of_differences() {
 }
 
 #[test]
+fn draws_are_weighted_by_what_the_error_of_the_emulator_changes() {
+    let parameter = Parameter::linear("a", "1", 0.0..=2.0);
+    let thetas = Design::LatinHypercube.sample(std::slice::from_ref(&parameter), 14, 4).unwrap();
+    let values = thetas.iter().map(|t| vec![t[0] + 0.1 * (9.0 * t[0]).sin()]).collect();
+    let output = Output { name: "v".into(), unit: "1".into(), values };
+    let emulator = RunsEmulator::fit(vec![parameter], &thetas, &[output], None, &mut ()).unwrap();
+    let (value, sd) = (0.9 + 0.1 * 8.1f64.sin(), 1e-3);
+    let data = [Measured { output: "v".into(), value, sd }];
+    let options = NutsOptions { warmup: 150, draws: 150, ..NutsOptions::default() };
+    let posterior = RunsPosterior::new(&emulator, &data, &options, &mut ()).unwrap();
+    let told = posterior.in_words();
+    assert!(told.iter().any(|line| line.contains("Pareto k̂")), "{told:?}");
+    let groups: serde_json::Value = serde_json::from_str(&posterior.to_arviz().to_json()).unwrap();
+    let weights = &groups["sample_stats"]["log_weight_without_emulator_error"];
+    let weights = weights.as_array().unwrap().iter().flat_map(|chain| chain.as_array().unwrap());
+    let constants: Vec<f64> = weights
+        .zip(posterior.draws.pooled())
+        .map(|(weight, theta)| {
+            let pairs = emulator.parameters.iter().zip(theta);
+            let shares: Vec<f64> = pairs.map(|(p, x)| share_of(p, *x)).collect();
+            let found = emulator.at_shares(&shares, &[0]).remove(0);
+            let normal =
+                |variance: f64| -0.5 * ((value - found.value).powi(2) / variance + variance.ln());
+            weight.as_f64().unwrap() - normal(sd * sd) + normal(sd * sd + found.deviation.powi(2))
+        })
+        .collect();
+    // θ is that of the shares but for rounding.
+    let apart = constants.iter().map(|c| (c - constants[0]).abs()).fold(0.0, f64::max);
+    assert!(constants.len() == 600 && apart < 1e-6, "{apart:e}");
+}
+
+#[test]
 fn measured_values_of_outputs_give_a_posterior_without_a_solver() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
@@ -123,12 +155,15 @@ fn measured_values_of_outputs_give_a_posterior_without_a_solver() {
     let told = done(folder, "calibrate patient.toml");
     assert!(told.contains("k [kPa]: 3.0") && told.contains("identified by the data"), "{told}");
     assert!(told.contains("no solver has confirmed it"), "{told}");
+    // Its error is below the noise.
+    assert!(!told.contains("k̂"), "{told}");
     let out = folder.join("out/patient/calibrate");
     let draws = std::fs::read_to_string(out.join("posterior.csv")).unwrap();
     assert!(draws.starts_with("chain,draw,k [kPa],angle [deg]\n"), "{draws:.60}");
     assert_eq!(draws.lines().count(), 4001);
     let groups = std::fs::read_to_string(out.join("posterior.json")).unwrap();
     assert!(groups.contains("\"observed_data\":{\"volume [ml]\""), "{groups:.200}");
+    assert!(groups.contains("\"sample_stats\":{\"log_weight_without_emulator_error\":[["));
     let timeless = |told: &str| -> Vec<String> {
         told.lines().filter(|line| !line.contains(" done in ")).map(Into::into).collect()
     };

@@ -9,7 +9,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 /// Runs of a bar by the solver: parameters in their order (μ, λ), and displacements.
-fn runs(count: usize, design: Design) -> (Body, Vec<Vec<f64>>, Vec<Vec<f64>>) {
+pub(crate) fn runs(count: usize, design: Design) -> (Body, Vec<Vec<f64>>, Vec<Vec<f64>>) {
     let body = Case::parse(BAR, "bar.toml").unwrap().body().unwrap();
     let thetas = design.sample(&body.parameters, count, 3).unwrap();
     let found = simulate(&body, &thetas, "test", None, &mut ()).unwrap();

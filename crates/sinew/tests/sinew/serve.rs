@@ -36,12 +36,12 @@ fn emulator(body: &Body) -> Emulator<'_> {
     recipe.train(body, &options, &mut ()).unwrap()
 }
 
-fn asked(service: &Service<'_>, path: &str, request: &Value) -> (u16, Value) {
+pub(crate) fn asked(service: &Service<'_>, path: &str, request: &Value) -> (u16, Value) {
     let reply = service.answer("POST", path, &request.to_string());
     (reply.status, serde_json::from_str(&reply.text).unwrap())
 }
 
-fn numbers(value: &Value) -> Vec<f64> {
+pub(crate) fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
 }
 
@@ -249,7 +249,7 @@ fn a_patient_s_data_are_those_of_a_calibration() {
 }
 
 /// A server that ends with the test.
-struct Served(Child, String);
+pub(crate) struct Served(Child, pub(crate) String);
 
 impl Drop for Served {
     fn drop(&mut self) {
@@ -260,9 +260,13 @@ impl Drop for Served {
 
 fn served(folder: &std::path::Path, options: &[&str]) -> Served {
     std::fs::write(folder.join("heart.toml"), CASE).unwrap();
+    started(folder, "heart.toml", options)
+}
+
+pub(crate) fn started(folder: &std::path::Path, case: &str, options: &[&str]) -> Served {
     let mut child = Command::new(env!("CARGO_BIN_EXE_sinew"))
         .current_dir(folder)
-        .args(["serve", "heart.toml", "--port", "0"])
+        .args(["serve", case, "--port", "0"])
         .args(options)
         .stdout(Stdio::piped())
         .stderr(Stdio::null())
@@ -293,7 +297,7 @@ fn received(mut stream: TcpStream) -> (u16, String) {
     (status, text.split("\r\n\r\n").nth(1).unwrap().to_string())
 }
 
-fn post(address: &str, path: &str, text: &str) -> (u16, String) {
+pub(crate) fn post(address: &str, path: &str, text: &str) -> (u16, String) {
     sent(address, &posted(path, text))
 }
 
