@@ -21,6 +21,22 @@ const TIME: &str = "(() => { const { model, state } = sinewViewer.views[0];
         const start = performance.now(); for (let k = 0; k < 5; k++) model(shares); return (performance.now() - start) / 5; });
     return Math.min(...times); })()";
 
+/// Texts that are typed into the fields of the parameters.
+const ENTRIES: usize = 1000;
+/// Entries that left a number of the page without a value, and how many moved the body: numbers of all sizes and signs, within their
+/// range and beyond, and what is no number.
+const TYPE: &str = "(() => { const { state, evaluate, draw } = sinewViewer.views[0];
+    const fields = [...document.querySelectorAll('.rows input[type=number]')], wrong = [];
+    let [seed, moved] = [1, 0]; const start = performance.now(), random = () => (seed = (seed * 16807) % 2147483647) / 2147483647;
+    for (let i = 0; i < ENTRIES; i++) { const field = fields[Math.floor(random() * fields.length)], before = state.shares.join();
+        const text = [() => +field.min + (field.max - field.min) * random(), () => (random() - 0.5) * 10 ** (640 * random() - 320),
+            () => ['', '-', '0', '-0', '1e', '1e999', '-1e999', 'NaN', 'Infinity', '1,5', '--1', '5e-324'][Math.floor(12 * random())]][i % 3]();
+        field.focus(); field.select(); document.execCommand('delete'); document.execCommand('insertText', false, text); field.blur(); evaluate();
+        moved += state.shares.join() !== before; if (i % 500 === 499) draw();
+        const numbers = [...state.shares, state.mean, state.largest, ...(state.error ?? []), field.valueAsNumber];
+        if (!numbers.every(Number.isFinite) || !state.shares.every((share) => share >= 0 && share <= 1) || document.querySelector('.readings').textContent.includes('NaN')) wrong.push(text); }
+    return { moved, wrong: wrong.join(' '), seconds: (performance.now() - start) / 1000 }; })()";
+
 /// Line of the page and its numbers once the solver has answered, or after ten seconds.
 const SOLVED: &str = "(async () => { const { data, state, draw } = sinewViewer.views[0];
     for (let i = 0; i < 200 && state.solved?.name !== 'solver'; i++) await new Promise((done) => setTimeout(done, 50));
@@ -83,6 +99,14 @@ fn look(browser: &mut Browser) -> Result<(Vec<String>, f64)> {
             return new Set(pictures).size === pictures.length; })()",
     )?;
     require(pictures == Value::Bool(true), "two quantities give the same picture");
+    let typed = browser.evaluate(&TYPE.replace("ENTRIES", &ENTRIES.to_string()))?;
+    let wrong = typed["wrong"].as_str().unwrap_or("all");
+    require(wrong.is_empty(), &format!("there are no numbers after these were typed: {wrong}"));
+    // A third are within their ranges.
+    let moved = typed["moved"].as_u64().unwrap_or(0);
+    require(moved >= ENTRIES as u64 / 3, &format!("{moved} of {ENTRIES} entries move the body"));
+    let seconds = typed["seconds"].as_f64().unwrap_or(f64::NAN);
+    eprintln!("{ENTRIES} entries are typed in {seconds:.1} s, {moved} move the body");
     let time = browser.evaluate(TIME)?.as_f64().unwrap_or(f64::NAN);
     require(time <= MOST_MS, &format!("a prediction takes {time:.1} ms"));
     Ok((found, time))
