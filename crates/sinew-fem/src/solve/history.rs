@@ -3,6 +3,7 @@
 use crate::error::CellValue;
 use crate::{Advice, NotConverged};
 use std::fmt;
+use std::time::Instant;
 
 /// One Newton iteration: the state it started from and the step it took.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,6 +83,9 @@ pub struct Progress<'a> {
     pub displacement: &'a [f64],
     /// Nodal forces \[stress·length²\]: unbalanced at free degrees of freedom, reactions at prescribed ones.
     pub forces: &'a [f64],
+    /// Wall-clock time left at this load \[s\], if the residual falls on at its mean rate: too long where Newton's method converges quadratically. `None`
+    /// before the residual is a tenth of that where the load began.
+    pub seconds_left: Option<f64>,
 }
 
 impl Progress<'_> {
@@ -89,7 +93,11 @@ impl Progress<'_> {
     pub fn in_words(&self) -> String {
         let Iteration { load_factor, residual, tolerance, .. } = self.iteration;
         let (load, number) = (100.0 * load_factor, self.number);
-        format!("load {load:.0} %, iteration {number}, residual {residual:.1e} of {tolerance:.1e}")
+        let left = self.seconds_left.filter(|left| *left >= 1.0);
+        let left = left.map_or(String::new(), |left| format!(", about {left:.0} s left"));
+        format!(
+            "load {load:.0} %, iteration {number}, residual {residual:.1e} of {tolerance:.1e}{left}"
+        )
     }
 }
 
@@ -101,15 +109,28 @@ pub(crate) type Watch<'w> = &'w (dyn Fn(&Progress<'_>) + Sync + 'w);
 pub(crate) struct Log<'w> {
     pub iterations: Vec<Iteration>,
     pub watch: Option<&'w mut dyn FnMut(&Progress<'_>)>,
+    /// Time, load and residual where the present load began.
+    began: Option<(Instant, f64, f64)>,
 }
 
 impl Log<'_> {
+    /// See [`Progress::seconds_left`].
+    fn seconds_left(&mut self, now: &Iteration) -> Option<f64> {
+        let same = self.began.filter(|(_, load, _)| *load == now.load_factor);
+        let (start, _, first) =
+            *self.began.insert(same.unwrap_or((Instant::now(), now.load_factor, now.residual)));
+        let fallen = (first / now.residual).ln();
+        let rate = fallen / start.elapsed().as_secs_f64();
+        (fallen >= 10.0_f64.ln()).then(|| (now.residual / now.tolerance).ln().max(0.0) / rate)
+    }
+
     /// Adds the state that an iteration starts from.
     pub(crate) fn record(&mut self, iteration: Iteration, displacement: &[f64], forces: &[f64]) {
+        let seconds_left = self.seconds_left(&iteration);
         if let Some(watch) = &mut self.watch {
             let (number, last) = (self.iterations.len(), self.iterations.last());
             let iteration = Iteration { step: last.map_or(0.0, |last| last.step), ..iteration };
-            watch(&Progress { number, iteration, displacement, forces });
+            watch(&Progress { number, iteration, displacement, forces, seconds_left });
         }
         self.iterations.push(iteration);
     }

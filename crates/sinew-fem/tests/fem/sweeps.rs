@@ -73,12 +73,21 @@ fn every_state_of_every_solve_of_a_sweep_can_be_watched() {
         found.fetch_add(result.unwrap().history.iterations.len(), Ordering::Relaxed);
         ControlFlow::Continue(())
     };
-    let watch = |state: &Progress<'_>| states.lock().unwrap().push(state.in_words());
+    let watch = |state: &Progress<'_>| {
+        let told = (state.in_words(), state.iteration, state.seconds_left);
+        states.lock().unwrap().push(told);
+    };
     resume_sweep(&once(), &thetas(3), &[], &Options::default(), each, watch).unwrap();
     let states = states.into_inner().unwrap();
     assert_eq!(states.len(), found.into_inner());
-    let first = &states[0];
+    let (first, _, left) = &states[0];
     assert!(first.starts_with("load ") && first.contains(", iteration 0, residual "), "{first}");
+    assert_eq!(*left, None);
+    // Time is left until the residual is below the tolerance.
+    let known = states.iter().filter_map(|(_, now, left)| Some((now, (*left)?)));
+    let known: Vec<_> = known.collect();
+    assert!(known.len() >= 3);
+    assert!(known.iter().all(|(now, left)| (*left > 0.0) == (now.residual > now.tolerance)));
 }
 
 #[test]
