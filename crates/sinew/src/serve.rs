@@ -325,7 +325,7 @@ impl<'b> Service<'b> {
             (_, Source::Body(of)) => of.answer(path, model, &values, &by, request)?,
             (_, Source::Runs(runs)) => {
                 request.within(&runs.parameters, &values, "")?;
-                let found = runs::at(runs, model == Model::Deviation, &values).or_else(refuse)?;
+                let found = runs::at(runs, model == Model::Deviation, &values)?;
                 product(path, &by, found.0, values.len(), |row, d| found.1[row][d])
             }
         };
@@ -358,8 +358,7 @@ impl<'b> OfBody<'b> {
                 Ok(page.surface.of_field(&self.displacement(model, &theta)?))
             }
             ("/Evaluate", _) => Ok(Quantities(self.body).of(&self.displacement(model, &theta)?)),
-            ("/Gradient", _) => self.gradient(model, &theta, by),
-            _ => self.along(model, &theta, by),
+            _ => self.derivatives(path, model, &theta, by),
         }
     }
 
@@ -390,39 +389,30 @@ impl<'b> OfBody<'b> {
         }
     }
 
-    /// `sensᵀ ∂q/∂θ` in the parameters' own units.
-    fn gradient(&self, model: Model, theta: &[f64], sens: &[f64]) -> Result<Vec<f64>, Response> {
+    /// Products of the derivatives of the quantities in the parameters' own units with `by`.
+    fn derivatives(
+        &self,
+        path: &str,
+        model: Model,
+        theta: &[f64],
+        by: &[f64],
+    ) -> Result<Vec<f64>, Response> {
         let quantities = Quantities(self.body);
-        let slopes = match model {
+        let sizes: Vec<f64> = self.body.parameters.iter().map(|p| p.unit.in_scene(1.0)).collect();
+        if model == Model::Solver && path == "/Gradient" {
             // One linear system, whatever the number of parameters.
-            Model::Solver => self.solvers.with(|solver| {
+            let slopes = self.solvers.with(|solver| {
                 let solution = solver.solve(theta, &Options::default())?;
-                let slope = quantities.slope(&solution.displacement, sens);
+                let slope = quantities.slope(&solution.displacement, by);
                 solver.adjoint_sensitivity(&solution, &slope)
-            })?,
-            _ => {
-                let slope = quantities.slope(&self.displacement(model, theta)?, sens);
-                let columns = self.sensitivity(model, theta)?;
-                columns.iter().map(|column| dot(column, &slope)).collect()
-            }
-        };
-        Ok(self.per_own_unit(&slopes))
-    }
-
-    /// `∂q/∂θ vec` with a direction in the parameters' own units.
-    fn along(&self, model: Model, theta: &[f64], vec: &[f64]) -> Result<Vec<f64>, Response> {
-        let displacement = self.displacement(model, theta)?;
-        let mut rate = vec![0.0; displacement.len()];
-        for (column, by) in self.sensitivity(model, theta)?.iter().zip(self.per_own_unit(vec)) {
-            rate.iter_mut().zip(column).for_each(|(rate, of)| *rate += by * of);
+            })?;
+            return Ok(slopes.iter().zip(sizes).map(|(slope, size)| slope * size).collect());
         }
-        Ok(Quantities(self.body).rates(&displacement, &rate))
-    }
-
-    /// Converts derivatives per scene unit to derivatives per own unit, or directions in own units to scene units.
-    fn per_own_unit(&self, values: &[f64]) -> Vec<f64> {
-        let sizes = self.body.parameters.iter().map(|p| p.unit.in_scene(1.0));
-        values.iter().zip(sizes).map(|(value, size)| value * size).collect()
+        let displacement = self.displacement(model, theta)?;
+        let (gradients, columns) =
+            (quantities.gradients(&displacement), self.sensitivity(model, theta)?);
+        let slope = |row: usize, i: usize| sizes[i] * dot(&gradients[row], &columns[i]);
+        Ok(product(path, by, quantities.of(&displacement), sizes.len(), slope))
     }
 
     fn emulator(&self) -> Result<&Emulator<'b>, Response> {

@@ -35,9 +35,11 @@ impl Export {
     pub(crate) fn run(&self) -> Result<()> {
         let asked = [!self.page, self.emulator.is_some()];
         if let Some(runs) = runs::trained(&self.case, asked, "--weights, --emulator")? {
-            let title = self.case.file.case.file_name().unwrap_or_default().to_string_lossy();
+            let place = &self.case.file.case;
+            let title = place.file_name().unwrap_or_default().to_string_lossy();
             let viewer = sinew::viewer_of_runs(&runs, &title, PAGE_SEED)?;
-            return write_page(&viewer, &runs::folder(&self.case).join("emulator.html"));
+            let out = self.case.out.as_ref().unwrap_or(place);
+            return write_page(&viewer, &out.join("emulator.html"));
         }
         let (case, body, folder) = self.case.open()?;
         if self.page {

@@ -104,11 +104,6 @@ pub(crate) fn trained(
     Ok(Some(emulator))
 }
 
-/// Folder for the results of an emulator of stored runs: its own, or the named one.
-pub(crate) fn folder(case: &CaseArguments) -> PathBuf {
-    case.out.clone().unwrap_or_else(|| case.file.case.clone())
-}
-
 /// Predicts outputs with their intervals, and writes them.
 pub(crate) fn predict(
     emulator: &RunsEmulator,
@@ -116,7 +111,7 @@ pub(crate) fn predict(
     theta: &ThetaArguments,
     pictures: usize,
 ) -> Result<()> {
-    let out = folder(case).join("predict");
+    let out = case.out.as_ref().unwrap_or(&case.file.case).join("predict");
     let thetas = theta.of(&emulator.parameters, &out)?;
     tell_outside(&emulator.parameters, &thetas);
     let found = try_in_parallel(thetas, |theta| -> Result<_, EmulatorError> {

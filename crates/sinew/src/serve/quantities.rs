@@ -1,7 +1,7 @@
 //! Quantities of a displacement that samplers read, with their derivatives.
 
 use crate::output::{mean_and_largest, motion_heads, volume_heads};
-use sinew_emulate::parts::dot;
+use sinew_emulate::parts::norm;
 use sinew_energy::Body;
 
 /// Volumes of the cavities, then mean and largest nodal displacement.
@@ -20,24 +20,20 @@ impl Quantities<'_> {
 
     /// Derivatives in the displacement of each quantity, as long as the displacement. The largest displacement has that of the node
     /// which moves most.
-    fn gradients(&self, displacement: &[f64]) -> Vec<Vec<f64>> {
+    pub(super) fn gradients(&self, displacement: &[f64]) -> Vec<Vec<f64>> {
         let nodes = displacement.as_chunks::<3>().0;
-        let length = |u: &[f64; 3]| u.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let along = |node: usize, share: f64, slope: &mut [f64]| {
-            let size = length(&nodes[node]);
-            // A node that does not move has no direction.
-            if size > 0.0 {
-                (0..3).for_each(|i| slope[3 * node + i] = share * nodes[node][i] / size);
-            }
+        let lengths: Vec<f64> = nodes.iter().map(|u| norm(u)).collect();
+        let most = (0..nodes.len()).max_by(|&a, &b| lengths[a].total_cmp(&lengths[b]));
+        // A node that does not move has no direction.
+        let along = |node: usize, share: f64| {
+            let moves = lengths[node] > 0.0;
+            nodes[node].map(|u| if moves { share * u / lengths[node] } else { 0.0 })
         };
-        let (mut mean, mut largest) =
-            (vec![0.0; displacement.len()], vec![0.0; displacement.len()]);
-        (0..nodes.len()).for_each(|node| along(node, 1.0 / nodes.len() as f64, &mut mean));
-        let most =
-            (0..nodes.len()).max_by(|&a, &b| length(&nodes[a]).total_cmp(&length(&nodes[b])));
-        most.into_iter().for_each(|node| along(node, 1.0, &mut largest));
+        let mean = (0..nodes.len()).flat_map(|node| along(node, 1.0 / nodes.len() as f64));
+        let of_most = |node| f64::from(u8::from(Some(node) == most));
+        let largest = (0..nodes.len()).flat_map(|node| along(node, of_most(node)));
         let mut gradients = self.0.cavity_volume_gradients(displacement);
-        gradients.extend([mean, largest]);
+        gradients.extend([mean.collect(), largest.collect()]);
         gradients
     }
 
@@ -48,10 +44,5 @@ impl Quantities<'_> {
             slope.iter_mut().zip(gradient).for_each(|(slope, of)| *slope += weight * of);
         }
         slope
-    }
-
-    /// Rates of the quantities at a rate of the displacement.
-    pub(super) fn rates(&self, displacement: &[f64], rate: &[f64]) -> Vec<f64> {
-        self.gradients(displacement).iter().map(|gradient| dot(gradient, rate)).collect()
     }
 }

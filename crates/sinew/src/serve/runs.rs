@@ -1,7 +1,7 @@
 //! Outputs of stored runs as models.
 
 use crate::output::mean_and_largest;
-use sinew_emulate::{Emulated, RunsEmulator, share_of};
+use sinew_emulate::{Emulated, Result, RunsEmulator, share_of};
 use sinew_energy::{Parameter, Sampling, Unit};
 
 /// Names of the outputs with their units.
@@ -9,9 +9,7 @@ pub(super) fn names(runs: &RunsEmulator) -> Vec<String> {
     let left = runs.left_out().iter();
     match &runs.mesh {
         None => left.map(|left| Unit::from(left.unit.as_str()).head(&left.name)).collect(),
-        Some(_) => {
-            ["mean displacement", "largest displacement", "95 % error"].map(Into::into).into()
-        }
+        Some(_) => ["mean u", "largest u", "95 % error"].map(Into::into).into(),
     }
 }
 
@@ -20,15 +18,11 @@ pub(super) fn at(
     runs: &RunsEmulator,
     deviations: bool,
     theta: &[f64],
-) -> Result<(Vec<f64>, Vec<Vec<f64>>), String> {
+) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
     let pairs = || runs.parameters.iter().zip(theta);
     let shares: Vec<f64> = pairs().map(|(parameter, x)| share_of(parameter, *x)).collect();
-    if let Some(place) = shares.iter().position(|share| !share.is_finite()) {
-        let (name, value) = (&runs.parameters[place].name, theta[place]);
-        return Err(format!("{name} = {value}: give a positive value, as those of the runs are"));
-    }
     if runs.mesh.is_some() {
-        let found = runs.predict(theta).map_err(|error| error.to_string())?.remove(0);
+        let found = runs.predict(theta)?.remove(0);
         let [mean, largest] = mean_and_largest(&found.values);
         return Ok((vec![mean, largest, found.half_width], Vec::new()));
     }

@@ -41,7 +41,6 @@ pub fn viewer_of_runs(emulator: &RunsEmulator, title: &str, seed: u64) -> Result
     let shown = Compact::of(regression.clone(), Some(&surface.rows()), &thetas, ROUNDING)?;
     let (error, r_squared) = (digits(left.error, 3), left.r_squared());
     let facts = [
-        ("modes", regression.modes().to_string()),
         (
             "error of runs left out",
             format!("{error}, root mean square over the nodes; R² {r_squared:.5}"),
