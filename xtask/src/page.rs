@@ -28,6 +28,10 @@ pub(crate) fn check(pages: &[PathBuf]) -> Result<()> {
                 let mut found = Vec::new();
                 if is_viewer {
                     found.extend(viewer::faults(&mut browser, page)?);
+                    // They are the same in every window.
+                    if size == viewer::SIZES[0] && !dark {
+                        found.extend(viewer::typed(&mut browser)?);
+                    }
                 }
                 found.extend(seen(&mut browser, dark).with_context(|| mode.clone())?);
                 found.extend(browser.faults());
