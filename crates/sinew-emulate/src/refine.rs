@@ -121,13 +121,15 @@ pub(crate) fn is_far(body: &Body, displacement: &[f64], theta: &[f64]) -> bool {
 impl From<Solution> for Answer {
     fn from(solution: Solution) -> Self {
         let off = solution.iteration_error.unwrap_or(f64::INFINITY);
+        let is_unstable = solution.has_potential && !solution.is_stable();
+        let doubts = [(solution.jumped, Warning::Jumped), (is_unstable, Warning::Unstable)];
         Self {
             error: share(off, mean_and_largest(&solution.displacement)[0]),
             steps: solution.iterations(),
             method: Method::Solver,
             seconds: solution.seconds,
             displacement: solution.displacement,
-            warnings: if solution.jumped { vec![Warning::Jumped] } else { Vec::new() },
+            warnings: doubts.into_iter().filter_map(|(is, doubt)| is.then_some(doubt)).collect(),
         }
     }
 }

@@ -64,8 +64,8 @@ pub(crate) fn rim_origin(
             )));
         }
         if off.is_nan() || off > MISSED {
-            return Err(SceneError::Loads(format!(
-                "the rim of `{name}` slides in the planes {axis} = {least} and {axis} = {most}; its pressure has a potential for one plane per axis only: hold one of the rims, or close them by lids (Load::CavityPressure)"
+            return Err(SceneError::LooseRim(format!(
+                "the rim of `{name}` slides in the planes {axis} = {least} and {axis} = {most}; its pressure has a potential for one plane per axis only: hold one of the rims, or solve the force balance (Scene::loose_rims)"
             )));
         }
     }

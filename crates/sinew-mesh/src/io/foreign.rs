@@ -9,8 +9,13 @@ const FROM_DOLFINX: &str = "write it as .vtu with `meshio convert`, or from DOLF
 const FROM_PREPOST: &str = "save the mesh from LS-PrePost as Abaqus input";
 const AS_STL: &str = "save the surface as .stl";
 const NASTRAN: &[&[u8]] = &[b"$", b"SOL ", b"CEND", b"BEGIN", b"GRID"];
+const PACKED: &[&[u8]] = &[b"\x1f\x8b", b"PK\x03\x04", b"BZh", b"\xfd7zXZ", b"7z\xbc\xaf"];
+const HTML: &[&[u8]] = &[b"<!DOCTYPE html", b"<!doctype html", b"<html"];
 
-const FORMATS: [Foreign; 15] = [
+const FORMATS: [Foreign; 18] = [
+    (PACKED, &[], "archive or compressed file", "unpack it"),
+    (HTML, &[], "HTML", "it is a page in the place of the file: download that itself"),
+    (&[b"version https://git-lfs"], &[], "pointer of Git LFS", "get the file by `git lfs pull`"),
     (&[b"<"], &[b"<Xdmf"], "XDMF", FROM_DOLFINX),
     (&[b"<"], &[b"<febio_spec"], "FEBio (.feb)", "save the mesh from FEBio Studio as .vtk or .inp"),
     (&[b"<"], &[b"<dolfin"], "DOLFIN XML", BY_MESHIO),

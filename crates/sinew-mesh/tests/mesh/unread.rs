@@ -281,3 +281,16 @@ fn keywords_that_join_parts_of_a_body_are_refused() {
     }
     read(nodes);
 }
+
+#[test]
+fn what_came_in_the_place_of_a_mesh_is_named() {
+    for (content, name) in [
+        (&b"\x1f\x8b\x08\0\0\0\0\0"[..], "archive or compressed file"),
+        (b"PK\x03\x04rest", "archive or compressed file"),
+        (b"<!DOCTYPE html><html><body>404</body></html>", "HTML"),
+        (b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\n", "pointer of Git LFS"),
+    ] {
+        let error = parse("test", content).unwrap_err().to_string();
+        assert!(error.contains(&format!("the format `{name}` cannot be read")), "{error}");
+    }
+}

@@ -21,6 +21,9 @@ const STIFFNESSES: [f64; 2] = [0.01, 1e5];
 /// Largest displacement \[relative to the size of the body\] below which the body counts as at rest.
 const LEAST_MOTION: f64 = 1e-6;
 
+/// Largest displacement \[relative to the size of the body, beyond what supports prescribe\] that loads in the right units cause.
+const MOST_MOTION: f64 = 2.0;
+
 /// Volume ratio J below which the stress of a cell is doubtful: laws of soft tissue are fitted to volumes that hardly change.
 const LEAST_RATIO: f64 = 0.2;
 
@@ -166,11 +169,19 @@ fn idle_parameters(body: &Body) -> Option<Vec<String>> {
     Some(idle.map(|index| body.parameters[index].name.clone()).collect())
 }
 
-/// Warnings about displacements: all almost zero, and cells that lose most of their volume.
+/// Warnings about displacements: all almost zero, one beyond the size of the body, and cells that lose most of their volume.
 pub fn doubtful_displacements(body: &Body, fields: &[&[f64]]) -> Vec<String> {
     // One without a load among others with one is no mistake.
     let still = fields.iter().map(|field| negligible_displacement(body, field));
     let still = still.collect::<Option<Vec<_>>>().and_then(|all| all.into_iter().next());
+    let largest = |u: f64, other: &f64| u.max(other.abs());
+    let (prescribed, size) = (body.prescribed.iter().flatten().fold(0.0, largest), size(body));
+    let most = fields.iter().copied().flatten().fold(0.0, largest);
+    let far = (most > MOST_MOTION * size + prescribed).then(|| {
+        let (most, size) = (rounded(most), rounded(size));
+        let unit = &body.units.length;
+        format!("the largest displacement is {most} {unit}, and the body's size is {size} {unit}; {LOOK}")
+    });
     let least = in_parallel(fields, |field| least_and_largest_ratio(body, field)[0]);
     let doubtful = least.iter().filter(|ratio| **ratio < LEAST_RATIO).count();
     let squeezed = (doubtful > 0).then(|| {
@@ -181,7 +192,7 @@ pub fn doubtful_displacements(body: &Body, fields: &[&[f64]]) -> Vec<String> {
              averaged ones, a larger bulk modulus or a smaller load, before stresses are read"
         )
     });
-    still.into_iter().chain(squeezed).collect()
+    still.into_iter().chain(far).chain(squeezed).collect()
 }
 
 /// [`doubtful_displacements`] of an emulator, in the middle of the ranges and beside it.

@@ -64,6 +64,9 @@ impl Rotation {
             );
             return Err(("turn", reason));
         }
+        if !(0.0..=1.0).contains(&self.share) {
+            return Err(("turn", format!("{} is no share of the way; give 0 to 1", self.share)));
+        }
         let without = || ("axis", "an axis without length; give its direction".into());
         Unit::try_new(Vector3::from(axis), f64::MIN_POSITIVE).ok_or_else(without)
     }

@@ -122,6 +122,22 @@ fn solutions_beside_which_there_are_others_are_counted() {
 }
 
 #[test]
+fn answers_that_are_unstable_say_so() {
+    // Ten times the load at which the column buckles.
+    let column = r#"
+law = "neo-hookean-young"
+loads = [{ traction = [-0.05, 0.0, 0.0], facets = "x_max" }]
+supports = [{ clamped = "x_min" }]
+mesh = { box = { extent = [100.0, 5.0, 5.0], cells = [20, 2, 2] }, element = "hexahedra" }
+parameters = { E = [5.0, 20.0], nu = 0.3 }
+"#;
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("column.toml"), column).unwrap();
+    let told = done(folder.path(), "predict column.toml --theta E=10 --accuracy 1e-3");
+    assert!(told.contains("1 of 1 answers are unstable"), "{told}");
+}
+
+#[test]
 fn a_row_that_fails_is_a_row_with_its_reason() {
     let folder = plate();
     let folder = folder.path();
@@ -390,6 +406,27 @@ fn a_load_that_moves_nothing_is_warned_of() {
     std::fs::write(folder.path().join("zero.toml"), about_zero).unwrap();
     let told = done(folder.path(), "train zero.toml");
     assert!(told.contains("too stiff") && !told.contains("less than a millionth"), "{told}");
+}
+
+#[test]
+fn a_load_in_a_smaller_unit_moves_the_body_beyond_its_size() {
+    // 500 Pa, read as kPa.
+    let bar = r#"
+law = "neo-hookean"
+loads = [{ traction = [0.0, 0.0, -500.0], facets = "x_max" }]
+supports = [{ clamped = "x_min" }]
+mesh.box = { extent = [20.0, 10.0, 10.0], cells = [4, 2, 2] }
+parameters = { mu = [1.0, 20.0], lambda = 15.0 }
+"#;
+    let folder = tempfile::tempdir().unwrap();
+    let told = |text: &str| {
+        std::fs::write(folder.path().join("bar.toml"), text).unwrap();
+        done(folder.path(), "solve bar.toml --theta mu=10")
+    };
+    let far = told(bar);
+    assert!(far.contains("and the body's size is 20 mm; look at the loads"), "{far}");
+    let near = told(&bar.replace("500.0", "0.5"));
+    assert!(!near.contains("the body's size"), "{near}");
 }
 
 #[test]

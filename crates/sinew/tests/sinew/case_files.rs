@@ -284,6 +284,8 @@ fn values_that_make_no_sense_are_told_with_key_unit_and_range() {
     );
     let turn = "axis = [0.0, 0.0, 1.0]\nturn = { degrees = 400.0 }";
     told("axis = [0.0, 0.0, 1.0]", turn, &["supports.1.turn", "400 degrees", "at most 180"]);
+    let percent = "axis = [0.0, 0.0, 1.0]\nturn = { degrees = 40.0, share = 50.0 }";
+    told("axis = [0.0, 0.0, 1.0]", percent, &["supports.1.turn", "50 is no share"]);
     let overflow = format!("cells = [1, 16, {}]", i64::MAX);
     told("cells = [1, 16, 8]", &overflow, &["mesh.ellipsoid.cells", "at most 2000000"]);
     told("short = [0.7, 1.0]", "short = [1.0, 0.7]", &["mesh.ellipsoid.short", "outer"]);

@@ -6,7 +6,7 @@ use anyhow::{Result, bail};
 use clap::Args;
 use sinew::output::{Quality, Row, displacement_in_words, mean_and_largest};
 use sinew::{Body, Case, Design};
-use sinew_emulate::{Answer, Answers, Emulator, Method, Plan as Costs, Terminal};
+use sinew_emulate::{Answer, Answers, Emulator, Method, Plan as Costs, Terminal, Warning};
 use std::path::Path;
 
 /// Name of the folder of answers.
@@ -68,14 +68,22 @@ fn part<'b>(
         let moved = displacement_in_words(displacement, &body.units.length);
         format!(": displacement {moved}; checked error {error:.1e}")
     });
-    let jumped = answers.iter().filter(|answer| answer.has_jumped()).count();
-    warn((jumped > 0).then(|| {
-        format!(
-            "{jumped} of {} answers may be on another branch than that of a rising load: the column `warnings` of cases.csv marks them, and \
-             `sinew solve --load-steps` finds the equilibria of a rising load",
-            answers.len()
-        )
-    }));
+    let doubts = [
+        (
+            Warning::Jumped,
+            "may be on another branch than that of a rising load, whose equilibria `sinew solve --load-steps` finds",
+        ),
+        (Warning::Unstable, "are unstable: the least disturbance may end them"),
+    ];
+    for (doubt, what) in doubts {
+        let count = answers.iter().filter(|answer| answer.warnings.contains(&doubt)).count();
+        let all = answers.len();
+        warn((count > 0).then(|| {
+            format!(
+                "{count} of {all} answers {what}; the column `warnings` of cases.csv marks them"
+            )
+        }));
+    }
     let more = answers.iter().filter(|answer| !answer.is_within(accuracy)).count();
     *beyond = [beyond[0] + more, beyond[1] + answers.len()];
     let solved = answers.iter().filter(|answer| answer.method == Method::Solver).count();
