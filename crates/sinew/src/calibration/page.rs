@@ -1,6 +1,6 @@
 //! Report of a calibration.
 
-use super::{Curve, LINEARISED, inverse, measured, parameter_in_words, verdict, volumes_in_words};
+use super::{Curve, LINEARISED, measured, parameter_in_words, verdict, volumes_in_words};
 use crate::locking_in_words;
 use crate::patient::Prepared;
 use sinew_calibrate::{PatientStates, Posterior};
@@ -76,11 +76,6 @@ fn curve_block(curve: &Curve, prepared: &Prepared, posterior: &Posterior) -> Blo
     for (name, quantile) in [("posterior median", 1), (BAND, 0), (BAND, 2)] {
         let points = curve.pressures.iter().zip(&curve.volumes).map(|(p, v)| [v[quantile], *p]);
         chart.series.push(Series::new(name, Style::Line, points));
-    }
-    if let Some(klotz) = curve.klotz {
-        let points = curve.pressures.iter().map(|p| [inverse(&klotz, *p), *p]);
-        let name = "Klotz et al. 2006, through the last datum";
-        chart = chart.with(Series::new(name, Style::Line, points));
     }
     let measured = measured(prepared, posterior, &curve.cavity);
     chart = chart.with(Series::new("measured", Style::Points, measured));
