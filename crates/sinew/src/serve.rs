@@ -223,10 +223,8 @@ impl<'b> Service<'b> {
     }
 
     fn page(&self) -> Option<(&Page, &Emulator<'b>)> {
-        match &self.source {
-            Source::Body(of) => of.page.as_ref().zip(of.emulator.as_ref()),
-            Source::Runs(_) => None,
-        }
+        let Source::Body(of) = &self.source else { return None };
+        of.page.as_ref().zip(of.emulator.as_ref())
     }
 
     /// Adds the model `patient`: the data of a patient file as functions of its unknown parameters, through the unloaded body and all phases.
