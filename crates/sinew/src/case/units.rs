@@ -52,15 +52,21 @@ impl Dimension {
     /// Error of a missing or unknown unit, with the known ones.
     pub(crate) fn unit(&self, unit: &str) -> Result<(&'static str, f64), String> {
         let names = || self.units.iter().map(|(name, _)| *name);
+        let all = names().collect::<Vec<_>>().join(", ");
         if unit.is_empty() {
-            let names: Vec<&str> = names().collect();
-            return Err(format!("the unit is missing: add one of {}", names.join(", ")));
+            return Err(format!("the unit is missing: add one of {all}"));
         }
-        self.find(unit).ok_or_else(|| {
+        let written = unit.replace(['µ', 'μ'], "u").replace('²', "2").replace('³', "3");
+        self.find(&written).ok_or_else(|| {
             let ambiguous = names().any(|name| name.eq_ignore_ascii_case(unit));
-            let advice = match ambiguous {
-                true => format!(", as M is mega and m is milli{}", advise(unit, names(), "units")),
-                false => advise(unit, names(), &format!("units of {}", self.name)),
+            // Of short names the most alike may be another unit: mm for nm.
+            let is_short = unit.len() < 4 || names().all(|name| name.len() < 4);
+            let advice = match (ambiguous, is_short) {
+                (true, _) => {
+                    format!(", as M is mega and m is milli{}", advise(unit, names(), "units"))
+                }
+                (_, true) => format!("; units of {}: {all}", self.name),
+                _ => advise(unit, names(), &format!("units of {}", self.name)),
             };
             format!("`{unit}` is not a unit of {}{advice}", self.name)
         })

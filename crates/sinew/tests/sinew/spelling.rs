@@ -68,14 +68,16 @@ fn letters_may_be_large_or_small_where_one_unit_is_meant() {
         let mesh = format!("mesh = {{ unit = \"{unit}\", box = {{ extent = {extent}");
         BAR.replace("mesh = { box = { extent = [30.0, 6.0, 9.0]", &mesh)
     };
-    let lengths =
-        [("CM", "[3.0, 0.6, 0.9]"), ("M", "[0.03, 6e-3, 9e-3]"), ("UM", "[3e4, 6e3, 9e3]")];
+    let micrometres = ["UM", "µm", "\u{3bc}m"].map(|unit| (unit, "[3e4, 6e3, 9e3]"));
+    let lengths = [("CM", "[3.0, 0.6, 0.9]"), ("M", "[0.03, 6e-3, 9e-3]")];
+    let lengths = lengths.into_iter().chain(micrometres);
     for (unit, extent) in lengths {
         let body = case(&scaled(unit, extent)).body().unwrap();
         let longest = body.positions.iter().fold(0.0_f64, |most, x| most.max(x[0]));
         assert!((longest - 30.0).abs() < 1e-9, "{unit}: {longest}");
     }
     refusal(&scaled("Mm", "[30.0, 6.0, 9.0]"), &["mesh.unit", "M is mega and m is milli"]);
+    refusal(&scaled("nm", "[3e7, 6e6, 9e6]"), &["`nm`", "units of length: mm, cm, m, um"]);
 }
 
 #[test]
