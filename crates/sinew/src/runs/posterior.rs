@@ -131,9 +131,10 @@ impl RunsPosterior {
             |y: &[f64]| target.at(y).iter().flat_map(|of| [of.value, of.deviation]).collect();
         let left = emulator.left_out();
         let outputs = coordinates.mapped(values);
+        let found = outputs.mapped(|outputs| target.log_likelihoods(outputs));
         Ok(Self {
-            log_likelihoods: outputs.mapped(|outputs| target.log_likelihoods(outputs)),
-            log_weights: outputs.mapped(|outputs| vec![target.log_weight(outputs)]),
+            log_likelihoods: found.mapped(|all| all[..data.len()].to_vec()),
+            log_weights: found.mapped(|all| all[data.len()..].to_vec()),
             outputs,
             errors: target.at(best).iter().map(|of| of.deviation).collect(),
             draws: coordinates.mapped(|y| target.theta(y)),
@@ -297,32 +298,25 @@ impl<'a> Target<'a> {
         (value, gradient, precision)
     }
 
-    /// Logarithm of the likelihood at outputs and deviations by an emulator without errors over that with them, but for a constant.
-    fn log_weight(&self, outputs: &[f64]) -> f64 {
-        let (values, deviations): (Vec<f64>, Vec<f64>) =
-            outputs.as_chunks::<2>().0.iter().map(|pair| (pair[0], pair[1])).unzip();
-        let Some((factor, _)) = self.noise(&deviations) else { return f64::NEG_INFINITY };
-        let residual = DVector::from_fn(values.len(), |i, _| self.data[i].value - values[i]);
-        let own = residual.iter().zip(self.data).map(|(r, datum)| (r / datum.sd).powi(2));
-        let log_determinant: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
-        0.5 * (residual.dot(&factor.solve(&residual)) - own.sum::<f64>()) + log_determinant
-    }
-
-    /// Logarithm of the density of each datum at outputs and deviations, given the parameters and the other data.
+    /// Logarithm of the density of each datum at outputs and deviations, given the parameters and the other data. Last, that of the
+    /// likelihood by an emulator without errors over that with them, but for a constant.
     fn log_likelihoods(&self, outputs: &[f64]) -> Vec<f64> {
         let (pairs, _) = outputs.as_chunks::<2>();
         let deviations: Vec<f64> = pairs.iter().map(|[_, deviation]| *deviation).collect();
         let Some((factor, _)) = self.noise(&deviations) else {
-            return vec![f64::NEG_INFINITY; pairs.len()];
+            return vec![f64::NEG_INFINITY; pairs.len() + 1];
         };
         let precision = factor.inverse();
         let residual = DVector::from_fn(pairs.len(), |i, _| self.data[i].value - pairs[i][0]);
-        let weighted = &precision * residual;
+        let weighted = &precision * &residual;
         let one = |i: usize| {
             let own = precision[(i, i)];
             0.5 * ((own / TAU).ln() - weighted[i].powi(2) / own)
         };
-        (0..pairs.len()).map(one).collect()
+        let exact = residual.iter().zip(self.data).map(|(r, datum)| (r / datum.sd).powi(2));
+        let log_determinant: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
+        let weight = 0.5 * (residual.dot(&weighted) - exact.sum::<f64>()) + log_determinant;
+        (0..pairs.len()).map(one).chain([weight]).collect()
     }
 
     /// Distinct modes with their precisions, the best first.
