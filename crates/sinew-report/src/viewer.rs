@@ -118,7 +118,7 @@ pub struct ViewerEmulator {
     pub parameters: Vec<Slider>,
     /// Displacement of the nodes \[length\], three components for each.
     pub displacement: Model,
-    /// Natural logarithms of the mean and of the largest nodal error \[length\].
+    /// Natural logarithms of the mean and of the largest nodal error \[length\], or that of the half-width of a 95 % interval of its root mean square.
     pub error: Option<Model>,
     /// Line about the error that this one leaves out, that of the mesh.
     pub mesh: String,
