@@ -52,11 +52,7 @@ pub enum Formulation {
 }
 
 impl Formulation {
-    /// All of them, in the order of legends.
-    pub(crate) const ALL: [Self; 6] =
-        [Self::P1, Self::P2, Self::Mixed, Self::FBar, Self::Q1, Self::Q1FBar];
-
-    /// Name in tables and legends.
+    /// Name in tables.
     pub(crate) const fn label(self) -> &'static str {
         match self {
             Self::P1 => "P1",
@@ -76,7 +72,7 @@ pub struct Label {
     pub formulation: Formulation,
     /// Mesh and parameters.
     pub setup: String,
-    /// The quantity, with its unit in brackets. Rows of one quantity on several meshes make a plot.
+    /// The quantity, with its unit in brackets.
     pub quantity: String,
 }
 

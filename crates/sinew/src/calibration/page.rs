@@ -148,11 +148,6 @@ fn identifiability(posterior: &Posterior) -> Section {
 
 fn data(posterior: &Posterior) -> Section {
     let checks = &posterior.predictive.data;
-    let points = checks.iter().enumerate().map(|(at, c)| [at as f64 + 1.0, c.residual]);
-    let hints = checks.iter().map(|check| check.name.clone()).collect();
-    let series = Series { hints, ..Series::new("residual", Style::Points, points) };
-    let axes = ["datum", "measured − predicted [standard deviations]"];
-    let chart = Chart::new("Residuals", axes, [false; 2]).with(series);
     let row = |check: &sinew_calibrate::DatumCheck| {
         let datum = posterior.problem.data.iter().find(|d| d.name == check.name);
         let (size, unit) = datum.map_or((1.0, ""), |d| (d.size, d.unit.as_str()));
@@ -177,16 +172,15 @@ fn data(posterior: &Posterior) -> Section {
         "p",
         "p, left out",
     ];
-    let mut blocks = vec![Block::Text(format!(
-        "Probability of misfits in all that are larger than these: {}.",
-        trimmed(posterior.predictive.p_overall, 3)
-    ))];
-    blocks.push(Block::charts("Residual of each datum", "", [chart]));
-    blocks.push(Block::Listing {
-        title: "Each datum".into(),
-        head: head.map(String::from).to_vec(),
-        rows: checks.iter().map(row).collect(),
-    });
+    let p = trimmed(posterior.predictive.p_overall, 3);
+    let blocks = vec![
+        Block::Text(format!("Probability of misfits in all that are larger than these: {p}.")),
+        Block::Listing {
+            title: "Each datum".into(),
+            head: head.map(String::from).to_vec(),
+            rows: checks.iter().map(row).collect(),
+        },
+    ];
     Section { name: "data".into(), title: "Data and predictions".into(), blocks }
 }
 
