@@ -95,10 +95,10 @@ impl System<'_> {
     }
 
     /// Overwrites forces with the change of the free displacements by the stiffness that was factorised last. Conjugate gradients leave a residual of
-    /// [`CORRECTION`], and NaN where they do not converge.
-    pub(crate) fn back_substitute(&self, forces: &mut [f64]) {
+    /// `tolerance` times the forces, and NaN where they do not converge.
+    pub(crate) fn back_substitute(&self, forces: &mut [f64], tolerance: f64) {
         if self.iterates {
-            match self.iterate_again(forces, CORRECTION) {
+            match self.iterate_again(forces, tolerance) {
                 (change, _, End::Converged) => forces.copy_from_slice(&change),
                 _ => forces.fill(f64::NAN),
             }
@@ -144,7 +144,7 @@ impl System<'_> {
     /// Adds `−K⁻¹ forces` to the free degrees of freedom, with the last factor.
     pub(crate) fn add_newton_step(&self, forces: &[f64], displacement: &mut [f64]) {
         let mut right: Vec<_> = self.sparsity.gather(forces).map(|f| -f).collect();
-        self.back_substitute(&mut right);
+        self.back_substitute(&mut right, CORRECTION);
         self.sparsity.scatter(right, displacement);
     }
 

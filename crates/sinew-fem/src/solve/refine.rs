@@ -32,6 +32,9 @@ const CONTRACTS: f64 = 0.5;
 const LEAST: f64 = 0.5;
 /// Steps that are required where none contracted at a neighbour, and steps whose largest ratio counts.
 const SEEN: usize = 2;
+/// Residual of the systems of quasi-Newton steps by conjugate gradients, relative to the forces: answers on 100 419 nodes take as many steps as with 0.01, and
+/// two thirds of the time.
+const INEXACT: f64 = 0.1;
 /// Longest first step \[relative to the displacement\]: from farther off, small steps may end where a soft mode still misses much.
 const FARTHEST: f64 = 0.1;
 /// Safety factor on the series of steps that would follow: compliant modes contract more slowly than those that
@@ -182,7 +185,7 @@ impl System<'_> {
                 break;
             }
             let mut solved = at.slope.clone();
-            self.back_substitute(&mut solved);
+            self.back_substitute(&mut solved, INEXACT);
             if let Some((from, before)) = last.take() {
                 memory.0.extend(self.pair([&from, &at], [&before, &solved], frames));
                 memory.0.drain(..memory.0.len().saturating_sub(MEMORY));

@@ -136,7 +136,7 @@ impl System<'_> {
             }
             None => {
                 let (shift, _) = self.factorise(true).ok_or(SolveError::Singular)?;
-                self.back_substitute(&mut change);
+                self.back_substitute(&mut change, CORRECTION);
                 shift
             }
         };
@@ -200,7 +200,7 @@ impl System<'_> {
             }
             let (forces, mut image) = enriched.multiply(&direction);
             let mut change: Vec<f64> = self.sparsity.gather(&forces).collect();
-            self.back_substitute(&mut change);
+            self.back_substitute(&mut change, CORRECTION);
             let nodal = self.sparsity.scattered(change);
             add(image.as_flattened_mut(), -1.0, enriched.couple(&nodal).as_flattened());
             let curvature = product(&direction, &image);
