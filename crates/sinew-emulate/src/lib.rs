@@ -97,7 +97,7 @@ pub use refine::answers::Answers;
 pub use refine::plan::{Cost, Method, Plan};
 pub use refine::{Answer, Correction};
 pub use runs::{Emulated, LeftOut, Output, Predicted, RunsEmulator};
-pub use sample::campaign::{Shard, merge, simulate_shard};
+pub use sample::campaign::{Shard, ShardState, merge, simulate_shard};
 pub use sample::simulate::{
     Failure, MOST_COMPARED, Simulations, read_simulations, simulate, simulate_by,
 };

@@ -68,6 +68,8 @@ pub struct Outcome {
     /// Whether the posterior explains less than a tenth of the variance of measured values with errors: the
     /// "trivial solution" that takes all of it for noise.
     pub collapsed: bool,
+    /// The equation's parameters in their own unit after each iteration.
+    pub trace: Vec<Vec<f64>>,
 }
 
 /// A fitted model.
@@ -289,7 +291,7 @@ impl<const D: usize> Model<D> {
         let mut last = GpError::NotPositiveDefinite { size: self.size, jitter: f64::NAN };
         let evaluate = |x: &[f64]| self.evaluate_posterior(x).map_err(|error| last = error).ok();
         let found = maximise(evaluate, start, &self.scaled_bounds(), iterations);
-        let Some(Maximum { point, value, evaluations }) = found else { return Err(last) };
+        let Some(Maximum { point, path, value, evaluations }) = found else { return Err(last) };
         let conditional = Conditional::new(self.clone(), &point)?;
         Ok(Outcome {
             log_evidence: value - self.log_hyperprior(&point),
@@ -298,6 +300,7 @@ impl<const D: usize> Model<D> {
             jitter: conditional.jitter,
             collapsed: conditional.is_collapsed(),
             parameters: point,
+            trace: path.iter().map(|x| self.theta_values(x)).collect(),
         })
     }
 }

@@ -1,8 +1,9 @@
 //! Quantiles of samples, and a density of their logarithms.
 
+use crate::ReportError;
 use serde::{Deserialize, Serialize};
 
-/// Quantiles and mean.
+/// Quantiles, mean and, of many samples, the density.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Distribution {
     /// Smallest sample.
@@ -21,6 +22,9 @@ pub struct Distribution {
     pub q100: f64,
     /// Arithmetic mean.
     pub mean: f64,
+    /// Points (x, density per factor of ten) of [`Distribution::with_density`]; may be empty.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub density: Vec<[f64; 2]>,
 }
 
 impl Distribution {
@@ -46,12 +50,25 @@ impl Distribution {
         let mean = samples.iter().sum::<f64>() / samples.len() as f64;
         let [q0, q2_5, q25, q50] = [0.0, 0.025, 0.25, 0.5].map(at);
         let [q75, q97_5, q100] = [0.75, 0.975, 1.0].map(at);
-        Some(Self { q0, q2_5, q25, q50, q75, q97_5, q100, mean })
+        Some(Self { q0, q2_5, q25, q50, q75, q97_5, q100, mean, density: Vec::new() })
+    }
+
+    /// Distribution with the density over log₁₀ x ([`density`]); `field` names the samples in errors.
+    ///
+    /// # Errors
+    /// [`ReportError::Missing`] without samples, [`ReportError::Number`] for one that is NaN, infinite or negative.
+    pub fn with_density(field: &str, samples: Vec<f64>) -> Result<Self, ReportError> {
+        if let Some(&value) = samples.iter().find(|x| !(x.is_finite() && **x >= 0.0)) {
+            return Err(ReportError::Number(format!("a sample of {field}"), value));
+        }
+        let density = density(&samples);
+        let found = Self::of(samples).ok_or_else(|| ReportError::Missing(field.into()))?;
+        Ok(Self { density, ..found })
     }
 
     /// Quantiles ascending, then the mean.
     pub(crate) fn values(&self) -> [f64; 8] {
-        let Self { q0, q2_5, q25, q50, q75, q97_5, q100, mean } = *self;
+        let Self { q0, q2_5, q25, q50, q75, q97_5, q100, mean, .. } = *self;
         [q0, q2_5, q25, q50, q75, q97_5, q100, mean]
     }
 }

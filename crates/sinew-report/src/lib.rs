@@ -14,7 +14,7 @@
 //!     [Column::new("steps", "")],
 //! );
 //! // Errors of an emulator at every node of every test case, held against a published median.
-//! let errors = Distribution::of(vec![0.0, 4e-3, 6e-3, 9e-3]).expect("samples");
+//! let errors = Distribution::with_density("err_u", vec![0.0, 4e-3, 6e-3, 9e-3])?;
 //! let row = Row::new("emulator", Cell::from(errors).against("published", Some(6.5e-3)), 26.0)?;
 //! table.push(row.time(4.3e-4).other(2000.0))?;
 //! assert!(table.rows[0].errors[0].verdict.as_ref().is_some_and(|verdict| verdict.met));

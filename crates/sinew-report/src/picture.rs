@@ -11,7 +11,7 @@ pub struct Figure {
     pub title: String,
     /// Caption; may be empty.
     pub caption: String,
-    /// Charts, drawn beside each other.
+    /// Its charts.
     pub panels: Vec<Chart>,
 }
 
@@ -35,13 +35,16 @@ pub struct Chart {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Series {
-    /// Name, which chooses the colour.
+    /// Name, which chooses the colour; empty for a thin line without an entry in the legend.
     pub name: String,
     /// Drawing style.
     pub style: Style,
     /// (x, y); `null` in the file where a number is not finite.
     #[serde(deserialize_with = "nullable")]
     pub points: Vec<[f64; 2]>,
+    /// Lower and upper end of a band at each point; may be empty.
+    #[serde(deserialize_with = "nullable", skip_serializing_if = "Vec::is_empty")]
+    pub band: Vec<[f64; 2]>,
     /// Label of each point under the pointer; may be empty.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub hints: Vec<String>,

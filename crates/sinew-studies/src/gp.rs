@@ -5,6 +5,7 @@
 //! off, stores every fit as it ends, and gathers medians into [`row`]s; [`report`] tells.
 
 mod deep;
+mod draw;
 pub mod experiment;
 pub mod experiments;
 mod floor;

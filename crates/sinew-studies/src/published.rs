@@ -38,9 +38,14 @@ impl Published {
                         }
                     }
                 }
-                Block::Figure(figure) if figure.title == "Error over training time" => {
-                    for (error, chart) in figure.panels.iter_mut().take(METRICS.len()).enumerate() {
-                        chart.levels.extend(self.levels(error, &methods));
+                Block::Figure(figure) => {
+                    let (upright, most) = match figure.title.as_str() {
+                        "Error densities" => (true, METRICS.len() + 1),
+                        "Error over training time" => (false, METRICS.len()),
+                        _ => continue,
+                    };
+                    for (error, chart) in figure.panels.iter_mut().take(most).enumerate() {
+                        chart.levels.extend(self.levels(error, upright, &methods));
                     }
                 }
                 _ => {}
@@ -64,16 +69,11 @@ impl Published {
     }
 
     /// An error as lines, for the methods that are there.
-    fn levels(&self, error: usize, methods: &[&str]) -> Vec<Level> {
+    fn levels(&self, error: usize, upright: bool, methods: &[&str]) -> Vec<Level> {
         let there = |name: &str| name.is_empty() || methods.contains(&name);
         let level = |(method, errors): &(&str, [Option<f64>; 5])| {
             let name = if method.is_empty() { self.source } else { method };
-            Some(Level {
-                name: name.into(),
-                value: errors[error]?,
-                upright: false,
-                published: true,
-            })
+            Some(Level { name: name.into(), value: errors[error]?, upright, published: true })
         };
         self.errors.iter().filter(|(name, _)| there(name)).filter_map(level).collect()
     }

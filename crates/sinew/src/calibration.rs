@@ -9,7 +9,7 @@ use crate::patient::Prepared;
 pub use check::{ahead_in_words, setting_in_words};
 pub use folder::{SOLVES, kept, remove_results, written};
 pub use page::{report, too_stiff};
-use sinew_calibrate::{Forward, Identified, Observable, Posterior, Solves};
+use sinew_calibrate::{Forward, Identified, Klotz, Observable, Posterior, Solves};
 use sinew_emulate::{Observer, Progress};
 use sinew_num::in_parallel;
 use sinew_report::format::digits;
@@ -157,6 +157,8 @@ pub struct Curve {
     pub pressures: Vec<f64>,
     /// 2.5 %, 50 % and 97.5 % quantile of the volume at each \[mL\].
     pub volumes: Vec<[f64; 3]>,
+    /// Curve of other hearts through the data, where it makes sense.
+    pub klotz: Option<Klotz>,
     /// Draws that were solved.
     pub draws: usize,
     /// Why the curve ends before the last pressure, if it does.
@@ -211,15 +213,21 @@ impl Curve {
         let pressures =
             rest.iter().map(|_| 0.0).chain(PRESSURES.into_iter().take(reached)).collect();
         let volumes = rest.into_iter().chain((0..reached).map(at)).collect();
-        Ok(Self { cavity: cavity.into(), pressures, volumes, draws: found.len(), end })
+        let data = measured(prepared, posterior, cavity);
+        let klotz = data.iter().max_by(|a, b| a[1].total_cmp(&b[1]));
+        let klotz = klotz.and_then(|[volume, pressure]| Klotz::through(*pressure, *volume));
+        let draws = found.len();
+        Ok(Self { cavity: cavity.into(), pressures, volumes, klotz, draws, end })
     }
 
     /// The table as CSV.
     pub fn to_csv(&self) -> String {
-        let head = "pressure [mmHg],volume 2.5 % [mL],volume 50 % [mL],volume 97.5 % [mL]\n";
-        let mut text = String::from(head);
+        let mut text = String::from(
+            "pressure [mmHg],volume 2.5 % [mL],volume 50 % [mL],volume 97.5 % [mL],Klotz [mL]\n",
+        );
         for (pressure, [low, middle, high]) in self.pressures.iter().zip(&self.volumes) {
-            let _ = writeln!(text, "{pressure},{low},{middle},{high}");
+            let klotz = self.klotz.map_or(String::new(), |k| inverse(&k, *pressure).to_string());
+            let _ = writeln!(text, "{pressure},{low},{middle},{high},{klotz}");
         }
         text
     }
@@ -243,6 +251,11 @@ fn end(found: &[Reached], reached: usize) -> Option<String> {
     Some(format!(
         "the curve ends before {beyond} mmHg, where {count} of {all} draws have no equilibrium, the first: {why}"
     ))
+}
+
+/// Volume of Klotz's curve at a pressure; the unloaded one at 0.
+fn inverse(klotz: &Klotz, pressure: f64) -> f64 {
+    if pressure > 0.0 { (pressure / klotz.alpha).powf(1.0 / klotz.beta) } else { klotz.unloaded }
 }
 
 /// Measured volumes of a cavity with their pressures \[mL, mmHg\].

@@ -4,14 +4,14 @@ use crate::locking_in_words;
 use crate::theta::{range_in_words, theta_in_words};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::{
-    Calibration, CaseErrors, CurvePoint, Emulator, Error, Errors, Evaluation, Quantiles, Result,
-    TestSet, Warning, median_and_worst,
+    Calibration, CaseErrors, CurvePoint, Emulator, Error, Errors, Evaluation, METRICS, Quantiles,
+    Result, TestSet, Warning, median_and_worst,
 };
 use sinew_energy::Body;
 use sinew_energy::metrics::displacement_error;
 use sinew_fem::locking;
 use sinew_report::format::seconds as duration;
-use sinew_report::{ReportError, Surfaces};
+use sinew_report::{ReportError, Surfaces, density};
 use std::fmt;
 
 /// Errors and times of some emulators of one body, on the same test cases. Printed it is a table.
@@ -39,6 +39,8 @@ pub struct Comparison {
     pub doubts: Vec<String>,
     /// The emulators.
     pub methods: Vec<Method>,
+    /// The body's surface, coloured by its displacement, in the test cases that move it in the middle and the most.
+    pub motion: Surfaces,
     /// The body's surface in the median and the worst case of each, coloured by the error.
     pub surfaces: Surfaces,
 }
@@ -56,6 +58,8 @@ pub struct Method {
     pub steps: u64,
     /// Errors and times.
     pub evaluation: Evaluation,
+    /// Densities of log₁₀ of the errors of [`sinew_emulate::METRICS`] and of the cavities' volumes: points (error, density per decade).
+    pub densities: Vec<Vec<[f64; 2]>>,
     /// Errors on held-out cases while it was trained; empty for a regression.
     pub history: Vec<CurvePoint>,
     /// Reasons not to trust it.
@@ -76,6 +80,9 @@ impl Comparison {
             Surfaces::new(&body.mesh.boundary_triangles().0, &body.positions).map_err(refused)?;
         surfaces.quantity = "Where the errors are: ‖u − û‖ at the nodes".into();
         (surfaces.unit, surfaces.length) = (unit.clone(), unit.clone());
+        let mut motion = surfaces.clone();
+        (motion.quantity, motion.linear) = ("How the body moves: ‖u‖ at the nodes".into(), true);
+        draw_motion(&mut motion, test)?;
         let solved = test.thetas.first().zip(test.fields.first());
         let locking = solved.and_then(|(theta, field)| locking(body, theta, field).ok().flatten());
         let norm = |u: &[f64; 3]| u.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -93,6 +100,7 @@ impl Comparison {
             seed: None,
             doubts: locking.iter().map(locking_in_words).collect(),
             methods: Vec::new(),
+            motion,
             surfaces,
         })
     }
@@ -111,6 +119,10 @@ impl Comparison {
         let record = &emulator.record;
         let fields = emulator.predict(&test.thetas)?.fields();
         let cases = test.cases(&fields)?;
+        let pooled = METRICS.map(|metric| metric.pooled(&cases).collect());
+        let volumes = cases.iter().flat_map(|case| case.err_volume.iter().copied()).collect();
+        let densities = pooled.iter().chain([&volumes]).map(|errors: &Vec<_>| density(errors));
+        let densities = densities.collect();
         for (kind, case) in ["median", "worst"].into_iter().zip(median_and_worst(&cases)) {
             let deformed = deformed(test.body, &fields[case]);
             let error = displacement_error(&test.fields[case], &fields[case]);
@@ -123,6 +135,7 @@ impl Comparison {
             simulations: record.simulations,
             steps: record.steps,
             evaluation: emulator.evaluate(test, corrections)?,
+            densities,
             history: record.history.clone(),
             warnings: record.warnings.clone(),
             options: String::new(),
@@ -149,6 +162,22 @@ impl Comparison {
 /// An error of a surface that cannot be drawn.
 fn refused(error: ReportError) -> Error {
     Error::Refused(error.to_string())
+}
+
+/// Draws the solver's solutions of the test cases with the median and the largest mean displacement.
+fn draw_motion(surfaces: &mut Surfaces, test: &TestSet<'_>) -> Result<()> {
+    let mean = |case: &usize| crate::output::mean_and_largest(&test.fields[*case])[0];
+    let mut order: Vec<usize> = (0..test.fields.len()).collect();
+    order.sort_by(|a, b| mean(a).total_cmp(&mean(b)));
+    let Some(&most) = order.last() else { return Ok(()) };
+    let rest = vec![0.0; test.fields[most].len()];
+    for (kind, case) in [("median", order[(order.len() - 1) / 2]), ("largest", most)] {
+        let field = &test.fields[case];
+        let length = displacement_error(field, &rest);
+        let title = format!("{kind} motion, {}", theta_in_words(test.body, &test.thetas[case]));
+        surfaces.push(SOLVER, title, &deformed(test.body, field), &length).map_err(refused)?;
+    }
+    Ok(())
 }
 
 /// Positions of the nodes at a displacement \[length\].
@@ -211,6 +240,9 @@ impl fmt::Display for Method {
             duration(times.solver_cold_s),
             duration(times.solver_warm_s)
         )?;
+        let slopes = self.evaluation.sensitivity_errors.iter().map(|error| format!("{error:.1e}"));
+        let slopes = slopes.collect::<Vec<_>>().join(", ");
+        writeln!(f, "  derivatives in the parameters off by {slopes} %")?;
         let hurt: usize = corrected.iter().map(|after| after.hurt).sum();
         writeln!(
             f,

@@ -4,7 +4,7 @@ use crate::comparison::{Comparison, Method, SOLVER};
 use sinew_emulate::{Calibration, CurvePoint, Errors, Evaluation, METRICS, Metric, Quantiles};
 use sinew_report::format::{count as spaced, digits, rounded, seconds as duration};
 use sinew_report::{
-    Block, Cell, Chart, Column, Distribution, Provenance, Report, ReportError, Row, Section,
+    Block, Cell, Chart, Column, Distribution, Level, Provenance, Report, ReportError, Row, Section,
     Series, Style, Table,
 };
 
@@ -74,6 +74,11 @@ impl Comparison {
                 "Median displacement error and time of one prediction, raw and after Newton steps. Lower left is better.",
                 [speed],
             ),
+            Block::charts(
+                "Error densities",
+                "Kernel densities of log₁₀ of all test errors. Dashed lines are medians, dotted ones published figures.",
+                (0..self.errors().len()).map(|error| self.densities(error)),
+            ),
         ];
         if self.methods.iter().any(|method| !method.history.is_empty()) {
             blocks.push(Block::charts(
@@ -88,6 +93,8 @@ impl Comparison {
             blocks.insert(0, Block::List(self.doubts.clone()));
         }
         blocks.push(self.times_to_accuracies());
+        blocks.push(self.sensitivities());
+        blocks.push(Block::Surfaces(self.motion.clone()));
         blocks.push(Block::Surfaces(self.surfaces.clone()));
         Ok(Section { name: name.into(), title: title.into(), blocks })
     }
@@ -183,6 +190,42 @@ impl Comparison {
             head: ["parameter sets", "method"].map(String::from).into_iter().chain(head).collect(),
             rows: self.seconds().into_iter().map(row).collect(),
         }
+    }
+
+    /// Table of the errors of derivatives in the parameters.
+    fn sensitivities(&self) -> Block {
+        let name = |parameter: &String| parameter.split(' ').next().unwrap_or_default().to_string();
+        let row = |method: &Method| {
+            let errors =
+                method.evaluation.sensitivity_errors.iter().map(|&e| Cell::from(rounded(e, 2)));
+            std::iter::once(Cell::from(method.name.as_str())).chain(errors).collect()
+        };
+        Block::Listing {
+            title: "Error of ∂û/∂θ [%], medians: ‖∂û/∂θ − ∂u/∂θ‖ / ‖∂u/∂θ‖".into(),
+            head: std::iter::once("method".into())
+                .chain(self.parameters.iter().map(name))
+                .collect(),
+            rows: self.methods.iter().map(row).collect(),
+        }
+    }
+
+    fn densities(&self, error: usize) -> Chart {
+        let column = &self.errors()[error];
+        let title = format!("Density of {}", column.name);
+        let axes = [&*column.head(), "density per decade"];
+        let mut chart = Chart::new(title, axes, [true, false]);
+        for method in &self.methods {
+            let points = method.densities.get(error).into_iter().flatten().copied();
+            chart.series.push(Series::new(&method.name, Style::Area, points));
+            let medians = medians(&method.evaluation.raw);
+            chart.levels.extend(medians.get(error).map(|&value| Level {
+                name: method.name.clone(),
+                value,
+                upright: true,
+                published: false,
+            }));
+        }
+        chart
     }
 
     /// Errors, and the energy above that of the solution, over training time.
@@ -288,7 +331,8 @@ fn cell(of: &Quantiles) -> Cell {
     if max.is_nan() || max == f64::MAX {
         return Cell { note, ..Cell::from(q50) };
     }
+    let density = Vec::new();
     let [q0, q2_5, q100] = [min, q02_5, max];
-    let all = Distribution { q0, q2_5, q25, q50, q75, q97_5, q100, mean };
+    let all = Distribution { q0, q2_5, q25, q50, q75, q97_5, q100, mean, density };
     Cell { note, ..Cell::from(all) }
 }

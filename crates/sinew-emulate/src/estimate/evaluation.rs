@@ -16,6 +16,11 @@ pub(crate) const BATCH: usize = 200;
 /// Cold solves behind the solver's time.
 const COLD_SOLVES: usize = 5;
 
+/// Least denominator of a sensitivity error: this share of the displacement over the parameter's range.
+const LEAST_MOTION: f64 = 1e-3;
+/// Cases behind a median.
+const CASES: usize = 10;
+
 /// Quasi-Newton steps of the stage between predictions and Newton steps.
 const QUASI_NEWTON: usize = 4;
 
@@ -33,6 +38,8 @@ pub struct Evaluation {
     /// Test cases, and how often estimates of their errors hold.
     #[serde(flatten)]
     pub calibration: Calibration,
+    /// Relative error of `∂û/∂θ` [%] for every parameter, medians over some cases.
+    pub sensitivity_errors: Vec<f64>,
     /// Times.
     pub times: Times,
 }
@@ -131,6 +138,7 @@ impl Emulator<'_> {
             recipe: self.record.recipe.clone(),
             corrected: corrected.collect::<Result<_>>()?,
             raw: Errors::of(&raw),
+            sensitivity_errors: self.sensitivity_errors(test)?,
             times: self.times(test, theta, step_s)?,
         })
     }
@@ -162,6 +170,25 @@ impl Emulator<'_> {
     pub fn sensitivity(&self, theta: &[f64]) -> Result<Vec<Vec<f64>>> {
         check_length(self.body, theta)?;
         self.predictor.sensitivity(self.body, theta)
+    }
+
+    /// Median over the first cases of `‖∂û/∂θ − ∂u/∂θ‖ / ‖∂u/∂θ‖` [%] for every parameter, the true derivative by the implicit
+    /// function theorem. The denominator is at least a thousandth of `‖u‖` over the parameter's range.
+    fn sensitivity_errors(&self, test: &TestSet<'_>) -> Result<Vec<f64>> {
+        let mut errors = vec![Vec::new(); self.body.parameters.len()];
+        for (theta, field) in test.thetas.iter().zip(&test.fields).take(CASES) {
+            let truth = self.solvers.with(|solver| {
+                let solution = solver.solve_from(field, theta, &Options::default())?;
+                solver.sensitivity(&solution)
+            })?;
+            for (p, (own, truth)) in self.sensitivity(theta)?.iter().zip(&truth).enumerate() {
+                let [low, high] = self.body.parameters[p].range;
+                let size = norm(truth).max(LEAST_MOTION * norm(field) / (high - low));
+                let apart = 100.0 * norm(&difference(own, truth));
+                errors[p].push(if size > 0.0 { apart / size } else { 0.0 });
+            }
+        }
+        Ok(errors.iter().map(|errors| median(errors)).collect())
     }
 }
 

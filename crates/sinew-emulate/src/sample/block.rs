@@ -19,7 +19,7 @@ const SHARE: u32 = 20;
 const REPEATED_S: f64 = 30.0;
 
 /// Folder of a block that is under way, in that of the simulations.
-const UNDER_WAY: &str = "under-way";
+pub(crate) const UNDER_WAY: &str = "under-way";
 
 /// Displacement, pressure field and seconds of a sample, or why it has no solution.
 type Outcome = std::result::Result<(Vec<f64>, Vec<f64>, f64), String>;

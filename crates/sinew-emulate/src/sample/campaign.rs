@@ -2,13 +2,16 @@
 
 use crate::error::{at, ensure, require_usable};
 use crate::recipe::progress::Observer;
-use crate::sample::simulate::{STORED, Simulations, simulate, store, stored};
+use crate::sample::block::UNDER_WAY;
+use crate::sample::simulate::{LOG, STORED, Simulations, simulate, store, stored};
 use crate::store::{checksums, identity, read_json, write_json};
 use crate::{Body, Error, Result};
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::time::Duration;
 
 /// Part of a set of samples that are solved apart, on as many machines as there are.
 ///
@@ -17,6 +20,29 @@ use std::str::FromStr;
 pub struct Shard {
     index: usize,
     of: usize,
+}
+
+/// State of a shard.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ShardState {
+    /// Solved and sealed, with the number of samples without equilibrium.
+    Done {
+        /// Samples without equilibrium.
+        failed: usize,
+    },
+    /// Begun, with the samples that are stored.
+    Begun {
+        /// Samples that are solved or have no equilibrium.
+        tried: usize,
+        /// Samples without equilibrium.
+        failed: usize,
+        /// Time since something was stored, which a running process does every ten seconds or after the solve under way.
+        since: Duration,
+    },
+    /// A file, by its name, changed since the shard was sealed.
+    Damaged(String),
+    /// No file is stored.
+    Missing,
 }
 
 impl Shard {
@@ -37,6 +63,31 @@ impl Shard {
 
     fn folder(self, folder: &Path) -> PathBuf {
         folder.join(format!("shards/{:05}-of-{:05}", self.index, self.of))
+    }
+
+    /// State in the folder of a campaign.
+    ///
+    /// # Errors
+    /// Files that cannot be read.
+    pub fn state(self, folder: &Path) -> Result<ShardState> {
+        let own = self.folder(folder);
+        let (mut tried, mut failed, mut last) = (0, 0, None);
+        for file in [own.join(LOG), own.join(UNDER_WAY).join(LOG)] {
+            if let Some(log) = read_json::<Counts>(&file)? {
+                tried += log.tried;
+                failed += log.failures.len();
+                last = last.max(file.metadata().and_then(|file| file.modified()).ok());
+            }
+        }
+        let sealed = read_json::<Seal>(&own.join(SEAL))?.map(|seal| damaged(&seal, &own));
+        Ok(match (sealed, last) {
+            (Some(Some(name)), _) => ShardState::Damaged(name),
+            (Some(None), _) => ShardState::Done { failed },
+            (None, Some(last)) => {
+                ShardState::Begun { tried, failed, since: last.elapsed().unwrap_or_default() }
+            }
+            (None, None) => ShardState::Missing,
+        })
     }
 
     /// Shard by its name: `3/16`; `auto` for the task of the job array that this process is; or `auto:0-15`, which also says the first and
@@ -193,6 +244,13 @@ struct Seal {
 }
 
 const SEAL: &str = "done.json";
+
+/// Numbers of a log of simulations.
+#[derive(Deserialize)]
+struct Counts {
+    tried: usize,
+    failures: Vec<IgnoredAny>,
+}
 
 /// Environment variables of a scheduler.
 struct Scheduler {

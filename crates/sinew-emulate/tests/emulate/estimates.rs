@@ -67,6 +67,7 @@ fn seconds_are_those_of_the_cheapest_stage_that_is_accurate_enough() {
         corrected: Vec::new(),
         stages,
         calibration: Calibration { cases: 2, refused: 2, inverted: 0, within_two: 0.0 },
+        sensitivity_errors: Vec::new(),
         times,
     };
     let to = |accuracy: f64, sets: usize| evaluation.seconds_to(accuracy, sets);

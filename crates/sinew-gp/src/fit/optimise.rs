@@ -7,6 +7,8 @@ use std::collections::VecDeque;
 /// End of a maximisation.
 pub(crate) struct Maximum {
     pub point: Vec<f64>,
+    /// Every accepted point.
+    pub path: Vec<Vec<f64>>,
     pub value: f64,
     pub evaluations: usize,
 }
@@ -126,6 +128,7 @@ pub(crate) fn maximise(
     let start = DVector::from_column_slice(start);
     let start = search.moved(&start, &start, 0.0);
     let mut at = search.evaluate(start)?;
+    let mut path = vec![at.x.as_slice().to_vec()];
     let mut idle = 0;
     for _ in 0..most_iterations {
         if search.held(&at, at.gradient.clone()).amax() < GRADIENT_TOLERANCE {
@@ -151,11 +154,12 @@ pub(crate) fn maximise(
         }
         let decrease = (at.value - next.value) / at.value.abs().max(next.value.abs()).max(1.0);
         at = next;
+        path.push(at.x.as_slice().to_vec());
         idle = if decrease < DECREASE_TOLERANCE { idle + 1 } else { 0 };
         if idle == 2 {
             break;
         }
     }
     let (point, value) = (at.x.as_slice().to_vec(), -at.value);
-    Some(Maximum { point, value, evaluations: search.evaluations })
+    Some(Maximum { point, path, value, evaluations: search.evaluations })
 }

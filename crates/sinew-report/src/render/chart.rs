@@ -3,7 +3,9 @@
 use crate::format::{digits, power_of_ten, trimmed};
 use crate::{Block, Chart, Report, Series, Style};
 use kuva::plot::annotations::ReferenceLine;
-use kuva::prelude::{Layout, LegendPosition, LinePlot, LineStyle, MarkerShape, Plot, ScatterPlot};
+use kuva::prelude::{
+    BandPlot, Layout, LegendPosition, LinePlot, LineStyle, MarkerShape, Plot, ScatterPlot,
+};
 use kuva::render::{layout::TickFormat, theme::Theme};
 use maud::{Markup, PreEscaped, html};
 use std::cell::Cell;
@@ -91,8 +93,11 @@ pub(super) fn chart(chart: &Chart, palette: &Palette, wide: bool) -> Markup {
     let points = || chart.series.iter().flat_map(|series| &series.points);
     let levels =
         |upright| chart.levels.iter().filter(move |l| l.upright == upright).map(|l| l.value);
+    // The ends of a band are values of the second axis.
+    let bands = chart.series.iter().flat_map(|series| series.band.iter().flatten().copied());
     let x = Axis::over(chart.logarithmic[0], points().map(|p| p[0]).chain(levels(true)));
-    let y = Axis::over(chart.logarithmic[1], points().map(|p| p[1]).chain(levels(false)));
+    let y =
+        Axis::over(chart.logarithmic[1], points().map(|p| p[1]).chain(levels(false)).chain(bands));
     let total = points().count();
     let drawn = x.zip(y).map(|(x, y)| {
         let hidden = points().filter(|p| !(x.shows(p[0]) && y.shows(p[1]))).count();
@@ -165,12 +170,23 @@ fn push(plots: &mut Vec<Plot>, series: &Series, palette: &Palette, axes: [Axis; 
     let number = palette.number(&series.name).unwrap_or(0);
     let place = |[x, y]: [f64; 2]| (x * axes[0].scale, y * axes[1].scale);
     let shown = |[x, y]: &[f64; 2]| axes[0].shows(*x) && axes[1].shows(*y);
-    let mut legend = first;
+    let named = !series.name.is_empty();
+    let band = series.points.iter().zip(&series.band);
+    let band: Vec<_> =
+        band.filter(|(p, b)| shown(p) && shown(&[p[0], b[0]]) && b[1].is_finite()).collect();
+    if !band.is_empty() {
+        let end = |side: usize| band.iter().map(move |(_, b)| b[side] * axes[1].scale);
+        let places = band.iter().map(|(p, _)| p[0] * axes[0].scale);
+        plots.push(
+            BandPlot::new(places, end(0), end(1)).with_color(&colour).with_opacity(0.18).into(),
+        );
+    }
+    let mut legend = first && named;
     if series.style != Style::Points {
         for run in series.points.split(|point| !shown(point)).filter(|run| !run.is_empty()) {
             let mut line =
                 LinePlot::new().with_data(run.iter().map(|p| place(*p))).with_color(&colour);
-            line = line.with_stroke_width(2.0);
+            line = line.with_stroke_width(if named { 2.0 } else { 1.0 });
             if let Some(dashes) = palette.dashes(&series.name) {
                 line = line.with_line_style(LineStyle::Custom(dashes.into()));
             }
@@ -198,7 +214,7 @@ fn push(plots: &mut Vec<Plot>, series: &Series, palette: &Palette, axes: [Axis; 
         if !series.hints.is_empty() {
             points = points.with_tooltip_labels(marked.iter().map(|&i| series.hints[i].clone()));
         }
-        if first && matches!(series.style, Style::Marked | Style::Points) {
+        if first && named && matches!(series.style, Style::Marked | Style::Points) {
             points = points.with_legend(&series.name);
         }
         plots.push(points.into());

@@ -27,7 +27,7 @@ pub(super) fn value(value: &Value, most: usize) -> String {
 /// `0.98 to 1.03` for values over several seeds.
 fn range(value: &Value, text: &dyn Fn(f64) -> String) -> String {
     match value {
-        Value::Distribution(d) if text(d.q0) != text(d.q100) => {
+        Value::Distribution(d) if d.density.is_empty() && text(d.q0) != text(d.q100) => {
             format!("{} to {}", text(d.q0), text(d.q100))
         }
         Value::Several(values) => {

@@ -19,8 +19,9 @@ pub(crate) fn table() -> Table {
     );
     table.baseline = Some("FEM warm".into());
     for (number, method) in METHODS.into_iter().enumerate() {
-        let of =
-            |centre: f64| Distribution::of(samples(centre * 10f64.powi(number as i32))).unwrap();
+        let of = |centre: f64| {
+            Distribution::with_density("err", samples(centre * 10f64.powi(number as i32))).unwrap()
+        };
         let printed = (number < 2).then_some(1e-2);
         let solver = number > 1;
         let row = Row::new(
@@ -44,11 +45,7 @@ fn densities(table: &Table, error: usize) -> Chart {
     let mut chart = Chart::new("Density", [&name, "density per decade"], [true, false]);
     for row in table.ranked() {
         let Value::Distribution(found) = &row.errors[error].value else { continue };
-        chart.series.push(Series::new(
-            &row.method,
-            Style::Area,
-            sinew_report::density(&samples(found.q50)),
-        ));
+        chart.series.push(Series::new(&row.method, Style::Area, found.density.iter().copied()));
         let level = |value, published| {
             let name = row.method.clone();
             Level { name, value, upright: true, published }

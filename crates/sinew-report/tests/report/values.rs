@@ -24,7 +24,11 @@ fn a_row_needs_error_and_time() {
     assert!(matches!(Row::new("m", "none", 1.0), Err(ReportError::Missing(_))));
     assert!(matches!(Row::new("m", 1.0, Value::Nothing), Err(ReportError::Missing(_))));
     assert!(matches!(table().push(Row::new("m", 1.0, 1.0).unwrap()), Err(ReportError::Length(..))));
-    assert!([vec![], vec![1.0, f64::NAN]].into_iter().all(|e| Distribution::of(e).is_none()));
+    assert!(matches!(Distribution::with_density("e", vec![]), Err(ReportError::Missing(_))));
+    assert!(matches!(
+        Distribution::with_density("e", vec![1.0, f64::NAN]),
+        Err(ReportError::Number(..))
+    ));
 }
 
 #[test]

@@ -45,8 +45,12 @@ pub fn reproduce_beam(options: &BeamOptions) -> Result<PathBuf> {
     Ok(page)
 }
 
-const DEFINITIONS: [(&str, &str); 2] = [
+const DEFINITIONS: [(&str, &str); 3] = [
     ("quantiles", "over all nodes or elements of all test cases together, linearly interpolated"),
+    (
+        "densities",
+        "Gaussian kernel on log₁₀ of the error, at least 0.08 decades wide; integral 1; exact zeros have no place on them",
+    ),
     (
         "✓ and ✗",
         "our median is, or is not, at or below what the thesis prints, in the two digits it prints",

@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use sinew_emulate::{CaseErrors, METRICS, TestSet};
 use sinew_energy::{Body, Parameter, metrics};
 use sinew_fem::{Options, Solver, sweep};
-use sinew_report::{Column, Distribution, Row, Table};
+use sinew_report::{Column, Distribution, ReportError, Row, Table};
 
 /// A beam.
 #[derive(Debug)]
@@ -128,10 +128,10 @@ pub(crate) fn compare(beam: &Beam, body: &Body, times: [f64; 3]) -> Result<Found
     {
         let cases = independent.cases(&fields)?;
         let errors = METRICS.iter().map(|metric| {
-            let name = || format!("{} of {method}", metric.name);
-            Ok(Distribution::of(metric.pooled(&cases).collect()).with_context(name)?.into())
+            let name = format!("{} of {method}", metric.name);
+            Ok(Distribution::with_density(&name, metric.pooled(&cases).collect())?.into())
         });
-        let errors = errors.collect::<Result<_>>()?;
+        let errors = errors.collect::<Result<_, ReportError>>()?;
         let row = Row::new(method, 0.0, times[0])?.time(times[1]);
         let reference = "FEniCS on the same mesh (fixtures/beam)".into();
         table.push(Row { errors, about: about.into(), reference, ..row })?;

@@ -176,14 +176,11 @@ fn written(outcomes: &[Outcome], refused: Vec<String>, title: String) -> Section
 fn chart(name: &str, ecdf: &RankEcdf) -> Chart {
     let count = ecdf.band.count as f64;
     let share = |counts: &[u64]| counts.iter().map(|c| *c as f64 / count).collect::<Vec<_>>();
-    let names = ["ranks", "95 % band", "95 % band"];
-    let shares = [&ecdf.counts, &ecdf.band.lower, &ecdf.band.upper].map(|counts| share(counts));
-    let line = |(name, shares): (&str, &Vec<f64>)| {
-        let points = ecdf.band.points.iter().zip(shares).map(|(x, y)| [*x, *y]);
-        Series::new(name, Style::Line, points)
-    };
-    let chart = Chart::new(name, ["rank of the truth", "share"], [false; 2]);
-    names.into_iter().zip(&shares).map(line).fold(chart, Chart::with)
+    let [lower, upper] = [&ecdf.band.lower, &ecdf.band.upper].map(|counts| share(counts));
+    let points = ecdf.band.points.iter().zip(share(&ecdf.counts)).map(|(x, y)| [*x, y]);
+    let band = lower.into_iter().zip(upper).map(|(low, high)| [low, high]).collect();
+    let series = Series { band, ..Series::new("ranks", Style::Line, points) };
+    Chart::new(name, ["rank of the truth", "share"], [false; 2]).with(series)
 }
 
 /// Parameters whose truth is drawn from their prior.

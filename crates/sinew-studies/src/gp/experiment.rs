@@ -24,6 +24,8 @@ impl Scale {
 pub struct Task {
     /// Seed that all random choices derive from.
     pub seed: u64,
+    /// Whether to draw.
+    pub draw: bool,
 }
 
 impl Task {
@@ -44,6 +46,8 @@ pub(crate) enum Purpose {
     Boundary,
     /// Seed of the optimiser.
     Starts,
+    /// Seed of parameters or functions.
+    Draws,
 }
 
 /// A seed that `seed` and `stream` determine, without visible relation to those of neighbours.
@@ -75,6 +79,7 @@ impl Case {
             problem: problem.into(),
             setting: String::new(),
             method,
+            abscissa: None,
             truth: truth.to_vec(),
         };
         Self { label, run: Box::new(run) }
@@ -83,6 +88,12 @@ impl Case {
     /// Case with a label that distinguishes it from others of the same problem and method.
     pub(crate) fn at(mut self, setting: impl Into<String>) -> Self {
         self.label.setting = setting.into();
+        self
+    }
+
+    /// Case with the number that varies in a sweep.
+    pub(crate) fn sweep(mut self, abscissa: f64) -> Self {
+        self.label.abscissa = Some(abscissa);
         self
     }
 

@@ -5,10 +5,12 @@ mod noisy;
 mod poisson;
 
 use crate::gp::experiment::{Experiment, Scale};
+use crate::gp::row::Row;
 use crate::program;
 use anyhow::Result;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
+use sinew_report::Figure;
 
 /// Names of the experiments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -28,10 +30,10 @@ pub enum Name {
     /// Diffusivity in two dimensions (Fig. 4.5)
     #[value(name = "heat-2")]
     Heat2,
-    /// Speed of waves between free ends (Figs. 4.8, 4.9)
+    /// Speed of waves between free ends, with the traces of all restarts (Figs. 4.8, 4.9)
     #[value(name = "wave-1")]
     Wave1,
-    /// Speed of periodic waves (Figs. 4.8, 4.9)
+    /// Speed of periodic waves, with the traces of all restarts (Figs. 4.8, 4.9)
     #[value(name = "wave-2")]
     Wave2,
     /// Two parameters from few and many data (Fig. 4.10)
@@ -77,5 +79,10 @@ impl Name {
             Self::AllenCahn => allen_cahn::experiment(scale)?,
             Self::Rivals => noisy::rivals(scale)?,
         })
+    }
+
+    /// Drawing of the rows, where there is one beside those of single runs.
+    pub(crate) fn figure(self, rows: &[Row]) -> Option<Figure> {
+        (self == Self::AdvectionDiffusion).then(|| noisy::more_data(rows))
     }
 }

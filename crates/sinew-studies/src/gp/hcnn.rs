@@ -172,4 +172,10 @@ impl Network {
         let mut unused = vec![0.0; self.weights.len()];
         points.iter().map(|[x]| self.derivative(*x, 0, 1.0, &mut unused)).collect()
     }
+
+    /// The equation's left-hand side at points.
+    pub(crate) fn loads(&self, points: &[[f64; 1]]) -> Vec<f64> {
+        let mut unused = vec![0.0; self.weights.len()];
+        points.iter().map(|[x]| self.left(*x, &mut unused)).collect()
+    }
 }

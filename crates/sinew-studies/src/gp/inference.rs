@@ -1,5 +1,6 @@
 //! Inference with a Gaussian process: data, prior, fit, and what came of it.
 
+use crate::gp::draw;
 use crate::gp::experiment::{Case, Purpose, Scale, Task};
 use crate::gp::problems::Setting;
 use crate::gp::row::{Covered, Method, RestartEnd, Run, Truth};
@@ -11,9 +12,6 @@ use sinew_gp::{
     Data, Evidence, Fit, FitOptions, GpError, Model, Noise, Prediction, Prior, squared_exponential,
 };
 use std::time::Instant;
-
-/// Half-width of a 95 % band in standard deviations.
-pub(crate) const BAND: f64 = 1.959_964;
 
 /// Observations of u and of the right-hand side.
 pub(crate) struct Observed<const D: usize> {
@@ -124,7 +122,7 @@ impl<const D: usize> Setting<D> {
         let intervals = self.truth.iter().map(|truth| fit.interval(&truth.name, 0.95));
         let intervals = intervals.collect::<Result<_, _>>()?;
         let Prediction { mean, standard_deviation } = fit.predict(places)?;
-        let band = mean.into_iter().zip(standard_deviation).map(|(m, s)| (m, BAND * s));
+        let band = mean.into_iter().zip(standard_deviation).map(|(m, s)| (m, draw::BAND * s));
         Ok(self.covered(intervals, places, band))
     }
 
@@ -170,6 +168,15 @@ impl Approach {
     }
 }
 
+/// Drawing of a fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Drawings {
+    None,
+    Posterior,
+    /// Moves of each restart.
+    PosteriorAndTraces,
+}
+
 /// Function that makes a case's observations.
 type Observe<const D: usize> =
     Box<dyn Fn(&Setting<D>, &Task) -> Result<Observed<D>, GpError> + Send + Sync>;
@@ -181,6 +188,8 @@ pub(crate) struct Inference<const D: usize> {
     pub observe: Observe<D>,
     /// Random starts of a fit.
     pub restarts: usize,
+    /// Result for the first data set.
+    pub drawings: Drawings,
     pub evidence: Evidence,
     /// Whether the fit adds points and answers with intervals, as it does by default. Rows are named by their number of points
     /// elsewhere.
@@ -211,10 +220,21 @@ impl<const D: usize> Inference<D> {
             approach,
             observe: Box::new(observe),
             restarts: scale.pick(4, 1),
+            drawings: Drawings::Posterior,
             evidence: Evidence::Auto,
             complete: false,
             scale,
         }
+    }
+
+    /// Inference from ten starts, with a drawing of how each moves (Fig. 4.9).
+    pub(crate) fn traced(self) -> Self {
+        Self { restarts: self.scale.pick(10, 2), drawings: Drawings::PosteriorAndTraces, ..self }
+    }
+
+    /// Inference without drawings.
+    pub(crate) fn undrawn(self) -> Self {
+        Self { drawings: Drawings::None, ..self }
     }
 
     /// The case of this inference.
@@ -254,14 +274,27 @@ impl<const D: usize> Inference<D> {
         let judged = || self.setting.judged(&fit, &self.setting.inside());
         let covered = self.complete.then(judged).transpose()?;
         let seconds = start.elapsed().as_secs_f64();
-        let run = self.measured(&fit, &self.setting.grid(self.scale))?;
+        let run = self.measured(&fit, &observed, &self.setting.grid(self.scale), task)?;
         Ok(Run { seconds, covered, restarts: self.ends(&fit)?, ..run })
     }
 
     /// Result of a fit, with errors over a grid.
-    pub(crate) fn measured(&self, fit: &Fit<D>, grid: &[[f64; D]]) -> Result<Run, GpError> {
+    pub(crate) fn measured(
+        &self,
+        fit: &Fit<D>,
+        observed: &Observed<D>,
+        grid: &[[f64; D]],
+        task: &Task,
+    ) -> Result<Run, GpError> {
         let conditional = fit.conditional()?;
         let err_u = self.setting.error(grid, &conditional.mean(grid)?);
+        let mut figures = Vec::new();
+        if task.draw && self.drawings != Drawings::None {
+            figures.push(draw::posterior(self, &conditional, observed, fit)?);
+        }
+        if task.draw && self.drawings == Drawings::PosteriorAndTraces {
+            figures.push(draw::traces(self, fit));
+        }
         let ends = fit.restarts.iter().filter_map(|restart| restart.outcome.as_ref().ok());
         Ok(Run {
             err_u,
@@ -269,6 +302,7 @@ impl<const D: usize> Inference<D> {
             evaluations: Some(ends.map(|outcome| outcome.evaluations).sum()),
             jitter: Some(fit.outcome().jitter),
             collapsed: fit.outcome().collapsed,
+            figures,
             ..Run::default()
         })
     }

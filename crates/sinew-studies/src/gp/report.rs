@@ -1,17 +1,18 @@
 //! Rows as the tables and sections of a report.
 
-use crate::gp::inference::BAND;
+use crate::gp::draw::BAND;
 use crate::gp::row::{Covered, Row};
 use crate::thesis;
 use sinew_report::format::{digits, rounded};
-use sinew_report::{Block, Cell, Column, Distribution, ReportError, Section, Table, Value};
+use sinew_report::{Block, Cell, Column, Distribution, Figure, ReportError, Section, Table, Value};
 
-/// One experiment: its rows, coverage and restarts.
+/// One experiment: its rows, coverage, drawings and restarts.
 pub fn section(
     name: String,
     title: &str,
     about: &str,
     rows: &[Row],
+    figures: Vec<Figure>,
 ) -> Result<Section, ReportError> {
     let mut table = Table::new(
         [
@@ -41,6 +42,7 @@ pub fn section(
     }
     let mut blocks = vec![Block::Text(about.into()), Block::Table(table)];
     blocks.extend(rows.iter().filter_map(coverage).map(Block::Text));
+    blocks.extend(figures.into_iter().map(Block::Figure));
     blocks.extend(restarts(rows));
     Ok(Section { name, title: title.into(), blocks })
 }

@@ -1,7 +1,7 @@
 //! One line of a table: an error and a time, over several data sets, beside the thesis' figure.
 
 use serde::{Deserialize, Serialize};
-use sinew_report::{Distribution, ReportError};
+use sinew_report::{Distribution, Figure, ReportError};
 
 /// Treatment of the boundary conditions (§4.8), and kind of function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,6 +78,8 @@ pub struct Run {
     pub restarts: Vec<RestartEnd>,
     /// Intervals against the truth, where that is the question.
     pub covered: Option<Covered>,
+    /// Drawings, for the first data set only.
+    pub figures: Vec<Figure>,
 }
 
 impl Run {
@@ -111,6 +113,8 @@ pub struct Label {
     pub setting: String,
     /// Method.
     pub method: Method,
+    /// The number that varies in a sweep.
+    pub abscissa: Option<f64>,
     /// Parameters to be inferred.
     pub truth: Vec<Truth>,
 }

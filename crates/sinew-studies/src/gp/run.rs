@@ -139,7 +139,7 @@ fn outcomes(
         let folder = options.out.join(&name).join(case(piece).key());
         let file = folder.join(format!("{:04}.json", piece.set));
         let seed = derived(options.seed, piece.set as u64);
-        let task = Task { seed };
+        let task = Task { seed, draw: piece.set == 0 };
         let outcome = program::kept(&file, options.resume, || {
             Ok(match (case(piece).run)(&task).and_then(|run| Ok(run.checked()?)) {
                 Ok(run) => Outcome::Done(Box::new(run)),
@@ -161,14 +161,14 @@ fn outcomes(
     Ok(sorted)
 }
 
-/// Rows of one experiment; cases without any result go to the notes.
+/// Rows and drawings of one experiment; cases without any result go to the notes.
 fn gather(
     name: Name,
     experiment: Experiment,
     outcomes: Vec<Vec<Outcome>>,
     notes: &mut Vec<String>,
 ) -> Result<Option<Section>> {
-    let mut rows = Vec::new();
+    let (mut rows, mut figures) = (Vec::new(), Vec::new());
     for (case, outcomes) in experiment.cases.into_iter().zip(outcomes) {
         let (mut runs, mut failures) = (Vec::new(), Vec::new());
         for outcome in outcomes {
@@ -177,6 +177,7 @@ fn gather(
                 Outcome::Failed(reason) => failures.push(reason),
             }
         }
+        figures.extend(runs.iter_mut().flat_map(|run| std::mem::take(&mut run.figures)));
         let label = case.label;
         let what = format!("{} {} {}", label.problem, label.method.label(), label.setting);
         let reason = failures.first().cloned().unwrap_or_default();
@@ -185,10 +186,11 @@ fn gather(
             None => notes.push(format!("{}: no result. {reason}", what.trim_end())),
         }
     }
+    figures.extend(name.figure(&rows));
     if rows.is_empty() {
         return Ok(None);
     }
-    Ok(Some(section(name.key(), experiment.title, experiment.about, &rows)?))
+    Ok(Some(section(name.key(), experiment.title, experiment.about, &rows, figures)?))
 }
 
 const DEFINITIONS: [(&str, &str); 3] = [

@@ -11,7 +11,7 @@ use sinew::recipe::PhysicsInformed;
 use sinew::{Body, Case, Emulator, Recipe, TestSet};
 use sinew_emulate::{Budget, Evaluation};
 use sinew_report::format::count;
-use sinew_report::{Block, Cell, Column, Row, Section, Table};
+use sinew_report::{Block, Cell, Chart, Column, Row, Section, Series, Style, Table};
 use std::path::{Path, PathBuf};
 
 /// One network on one mesh.
@@ -43,22 +43,34 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
         ],
         [Column::new("memory", "GB").about("most that the process has used so far")],
     );
+    let mut chart = Chart::new("Prediction time", ["nodes", "time [s]"], [true; 2]);
     begin(options, KEY)?;
     let mut before: Option<PathBuf> = None;
+    let [mut full, mut decoder] = [Vec::new(), Vec::new()];
     for mesh in meshes {
         let folder = options.out.join(KEY).join(mesh.cells.to_string());
         let found = program::kept(&folder.join("outcomes.json"), options.resume, || {
             outcomes(options, mesh, before.clone(), &folder)
         })?;
         for outcome in found {
+            let times = &outcome.evaluation.times;
+            full.push([outcome.nodes as f64, times.predict_full_s]);
+            decoder.push([outcome.nodes as f64, times.predict_decoder_s]);
             table.push(row(&outcome, mesh.thesis)?)?;
         }
         before = Some(folder.join(if before.is_none() { "own" } else { "fine-tuned" }));
     }
+    for (name, points) in [("in full", full), ("decoder", decoder)] {
+        chart = chart.with(Series::new(name, Style::Marked, points));
+    }
     let about = "Thesis Table 3.2: the twisting cube on five meshes. One network is trained by energy on the coarsest and goes on \
                  to each finer mesh; beside it networks that start from scratch with the same time. The thesis trains one per \
                  mesh, for 150 to 2325 minutes of a GPU.";
-    let blocks = vec![Block::Text(about.into()), Block::Table(table)];
+    let blocks = vec![
+        Block::Text(about.into()),
+        Block::Table(table),
+        Block::charts("Time against mesh size", "One parameter set.", [chart]),
+    ];
     Ok(Section { name: KEY.into(), title: "TwistingCube on five meshes".into(), blocks })
 }
 

@@ -10,7 +10,7 @@ use sinew::recipe::{PhysicsInformed, TrainingConfig};
 use sinew::{Body, Case};
 use sinew_emulate::{CurvePoint, store};
 use sinew_gnn::{Network, OptimiserConfig, OutputCoordinates, Schedule};
-use sinew_report::{Block, Cell, Column, Row, Section, Table};
+use sinew_report::{Block, Cell, Chart, Column, Row, Section, Series, Style, Table};
 use std::path::Path;
 
 /// A network trained at one rate.
@@ -124,9 +124,12 @@ fn report(scene: &str, outcomes: &[Outcome]) -> Result<Vec<Block>> {
         [Column::new("train", "s").once()],
         [Column::new("steps", "")],
     );
+    let mut chart = Chart::new(scene, ["time [s]", "err_u [mm]"], [false, true]);
     let mut texts = vec![Block::Text(scene.into())];
     for Outcome { rule, curve, train_s, failure } in outcomes {
         let mut errors = curve.iter().filter_map(|point| Some((point, point.medians?)));
+        let points: Vec<_> = errors.clone().map(|(point, e)| [point.train_s, e[0]]).collect();
+        chart = chart.with(Series::new(rule.clone(), Style::Line, points));
         if let Some(failure) = failure {
             texts.push(Block::Text(format!("{rule}: {failure}")));
         }
@@ -136,5 +139,6 @@ fn report(scene: &str, outcomes: &[Outcome]) -> Result<Vec<Block>> {
         }
     }
     texts.push(Block::Table(table));
+    texts.push(Block::charts("Error against time", "Median over the held-out cases.", [chart]));
     Ok(texts)
 }

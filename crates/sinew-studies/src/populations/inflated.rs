@@ -19,7 +19,7 @@ use methods::{COARSE, COARSE_FULL, Data, PACE, coarse_alone, one_stiffness};
 use serde::{Deserialize, Serialize};
 use sinew_gnn::{Activation, Surrogate};
 use sinew_mesh::VentricleShape;
-use sinew_report::{Block, Column, Distribution, Row, Section, Table};
+use sinew_report::{Block, Chart, Column, Distribution, Row, Section, Table};
 use std::ops::Range;
 use std::time::Instant;
 use ventricle::Ventricles;
@@ -39,6 +39,7 @@ struct Study {
     one_shape: Vec<Measured>,
     #[serde(default)]
     volumes: Vec<Measured>,
+    embedding: Option<Chart>,
 }
 
 /// The section of the report.
@@ -67,6 +68,10 @@ pub(super) fn section(options: &Options) -> Result<Section> {
         }
     }
     blocks.extend(who_wins);
+    if let Some(embedding) = study.embedding {
+        let about = "Embeddings of a ventricle's nodes, by their place from apex to base.";
+        blocks.push(Block::charts("What nodes are to the network", about, [embedding]));
+    }
     Ok(Section { name: KEY.into(), title: "Inflated ventricles".into(), blocks })
 }
 
@@ -218,8 +223,9 @@ fn networks(options: &Options, data: &Data<'_>, study: &mut Study) -> Result<()>
         study.population.push(measured);
         let Some(found) = more else { continue };
         study.one_shape.extend(found.rows);
-        if study.facts.iter().all(|(name, _)| *name != found.fact.0) {
-            study.facts.push(found.fact);
+        if study.embedding.is_none() {
+            study.embedding = Some(found.embedding);
+            study.facts.extend(found.facts);
         }
     }
     Ok(())

@@ -14,10 +14,10 @@ use serde::{Deserialize, Serialize};
 use sinew::Parameter;
 use sinew_emulate::coordinates::{Coordinates, Dirichlet};
 use sinew_fem::{Options as SolverOptions, Solver};
-use sinew_gnn::Geometry;
+use sinew_gnn::{Geometry, Surrogate};
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 use sinew_mesh::{AnyMesh, rectangle_triangles};
-use sinew_report::{Block, Distribution, Section};
+use sinew_report::{Block, Chart, Distribution, Section};
 
 /// Lengths \[cm\], widths as parts of them, moduli [unit of stress] of the population.
 const LENGTHS: [f64; 2] = [4.0, 7.0];
@@ -44,6 +44,7 @@ struct Beam {
 struct Study {
     facts: Vec<(String, String)>,
     trained: Vec<Measured>,
+    embedding: Chart,
 }
 
 /// The section of the report.
@@ -60,6 +61,11 @@ pub(super) fn section(options: &Options) -> Result<Section> {
         Block::Table(table(&study.trained)?),
     ];
     blocks.extend(who_wins);
+    blocks.push(Block::charts(
+        "What nodes are to the network",
+        "Embeddings of a beam's nodes, by their place along it.",
+        [study.embedding],
+    ));
     Ok(Section {
         name: stage::RECTANGLES.into(),
         title: "Plane beams of many sizes".into(),
@@ -79,7 +85,7 @@ fn study(options: &Options) -> Result<Study> {
     let sizes = unseen.iter().flat_map(|beam| Beam::lengths(&beam.displacement)).collect();
     let sizes = Distribution::of(sizes).context("no node was tested")?;
     let fact = |name: &str, what: String| (name.to_string(), what);
-    let facts = vec![
+    let mut facts = vec![
         fact(
             "beams",
             format!(
@@ -107,15 +113,25 @@ fn study(options: &Options) -> Result<Study> {
     for count in if options.quick { &[6][..] } else { &[225, 25] } {
         trained.push(compared.regression(*count, TOLD)?);
     }
-    for variant in variants(options) {
-        let topology = graph(&variant, options.seed)?;
+    let (mut embedding, variants) = (Chart::default(), variants(options));
+    for (index, variant) in variants.iter().enumerate() {
+        let topology = graph(variant, options.seed)?;
         let about =
             "network on simulations, mean nodal distance, the best weights on the validation beams";
         let names = [&variant.name()[..], about];
-        let key = stage::RECTANGLES;
-        trained.push(compared.kept_network(key, names, variant, &topology, |_| Ok(()))?.0);
+        let shown = index == EMBEDDED.min(variants.len() - 1);
+        let more = |surrogate: &Surrogate| {
+            shown.then(|| compared.embedding((variant, surrogate), &topology, 0)).transpose()
+        };
+        let (found, shown) =
+            compared.kept_network(stage::RECTANGLES, names, *variant, &topology, more)?;
+        trained.push(found);
+        if let Some((chart, fact)) = shown {
+            facts.push(fact);
+            embedding = chart;
+        }
     }
-    Ok(Study { facts, trained })
+    Ok(Study { facts, trained, embedding })
 }
 
 /// Networks of Tables A.1 to A.7.
@@ -225,3 +241,5 @@ fn graph(variant: &Variant, seed: u64) -> Result<Topology> {
 
 /// Training of a network, one beam a step.
 const PACE: Pace = Pace::of(3000, 4e-3);
+/// The variant whose embeddings are shown: K = 2 with virtual nodes.
+const EMBEDDED: usize = 7;

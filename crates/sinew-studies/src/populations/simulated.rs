@@ -6,6 +6,7 @@ use super::rows::{Measured, mean};
 use super::variant::{Inputs, Pace, Variant, train};
 use crate::program::cpu_seconds;
 use anyhow::{Context, Result};
+use nalgebra::DMatrix;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sinew::{Body, Parameter, Sampling};
@@ -13,6 +14,7 @@ use sinew_emulate::PodRegression;
 use sinew_emulate::coordinates::{OutputScale, ParameterRange, ParameterScaling};
 use sinew_gnn::{Backend, DataSet, Geometry, GraphNetworkConfig, Sample, Scales, Surrogate};
 use sinew_graph::Topology;
+use sinew_report::{Chart, Series, Style};
 use std::time::Instant;
 
 /// A body of a population with its parameters and what the solver found.
@@ -207,6 +209,40 @@ impl<B: Simulated> Compared<'_, B> {
         let scales = Scales::over(&data.geometries, ParameterScaling::new(ranges)?, output)?;
         let device = Backend::default().device()?;
         Ok(Surrogate::new(&sizes, data, scales, self.options.seed, &device)?)
+    }
+
+    /// Embeddings of the nodes of the first body tested: the first two principal components of their embeddings, in as many
+    /// colours as the body has thirds of its length along an axis, and the share of the variance that these hold.
+    pub(super) fn embedding(
+        &self,
+        (variant, surrogate): (&Variant, &Surrogate),
+        topology: &Topology,
+        axis: usize,
+    ) -> Result<(Chart, (String, String))> {
+        const THIRDS: [&str; 3] = ["first third", "second third", "last third"];
+        let body = &self.unseen[0];
+        let rows = surrogate.local_embedding(&body.geometry(topology, variant.told)?)?;
+        let columns = rows.first().map_or(0, Vec::len);
+        let mut table = DMatrix::from_fn(rows.len(), columns, |i, j| rows[i][j]);
+        let mean = table.row_mean();
+        table.row_iter_mut().for_each(|mut row| row -= &mean);
+        let svd = table.svd(true, false);
+        let left = svd.u.context("no principal components")?;
+        let values = &svd.singular_values;
+        let share = values.iter().take(2).map(|s| s * s).sum::<f64>() / values.norm_squared();
+        let along = || body.body().positions.iter().map(|x| x[axis]);
+        let (low, high) =
+            (along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max));
+        let third = |x: f64| ((3.0 * (x - low) / (high - low)) as usize).min(2);
+        let axes = ["first component", "second component"];
+        let chart = Chart::new("Embeddings of nodes", axes, [false; 2]);
+        let chart = THIRDS.iter().enumerate().fold(chart, |chart, (part, name)| {
+            let nodes = along().enumerate().filter(|(_, x)| third(*x) == part);
+            let points = nodes.map(|(node, _)| [0, 1].map(|k| left[(node, k)] * values[k]));
+            chart.with(Series::new(*name, Style::Points, points))
+        });
+        let what = format!("{:.0} % of the variance, {}", 100.0 * share, variant.name());
+        Ok((chart, ("two principal components of the embeddings".into(), what)))
     }
 }
 

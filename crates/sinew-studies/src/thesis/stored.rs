@@ -220,7 +220,7 @@ pub(super) fn number(value: &Value, statistic: &str) -> Option<f64> {
     }
 }
 
-/// Leaves out digits beyond [`DIGITS`].
+/// Leaves out densities and digits beyond [`DIGITS`].
 fn shorten(row: &mut Row) {
     let cells = row.errors.iter_mut().chain(&mut row.times).chain(&mut row.others);
     cells.for_each(|cell| shorten_value(&mut cell.value));
@@ -232,6 +232,7 @@ fn shorten_value(value: &mut Value) {
         Value::Number(number) => short(number),
         Value::Several(values) => values.iter_mut().for_each(shorten_value),
         Value::Distribution(found) => {
+            found.density.clear();
             let quantiles = [&mut found.q0, &mut found.q2_5, &mut found.q25, &mut found.q50];
             quantiles.into_iter().for_each(short);
             let others = [&mut found.q75, &mut found.q97_5, &mut found.q100, &mut found.mean];

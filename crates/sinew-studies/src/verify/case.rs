@@ -52,7 +52,11 @@ pub enum Formulation {
 }
 
 impl Formulation {
-    /// Name in tables.
+    /// All of them, in the order of legends.
+    pub(crate) const ALL: [Self; 6] =
+        [Self::P1, Self::P2, Self::Mixed, Self::FBar, Self::Q1, Self::Q1FBar];
+
+    /// Name in tables and legends.
     pub(crate) const fn label(self) -> &'static str {
         match self {
             Self::P1 => "P1",
@@ -72,7 +76,7 @@ pub struct Label {
     pub formulation: Formulation,
     /// Mesh and parameters.
     pub setup: String,
-    /// The quantity, with its unit in brackets.
+    /// The quantity, with its unit in brackets. Rows of one quantity on several meshes make a plot.
     pub quantity: String,
 }
 

@@ -1,10 +1,11 @@
 //! The report of a run: `report.json` for programs and `report.html` for people; its table on the terminal.
 
-use crate::verify::case::{Effort, Measure, Row};
+use crate::verify::case::{Effort, Formulation, Measure, Row};
 use crate::verify::run::Outcome;
 use sinew_report::format::{count, digits, seconds, trimmed};
 use sinew_report::{
-    Block, Cell, Column, Provenance, Report, ReportError, Section, Table, Verdict, format,
+    Block, Cell, Chart, Column, Provenance, Report, ReportError, Section, Series, Style, Table,
+    Verdict, format,
 };
 use std::fmt::Write;
 
@@ -60,6 +61,7 @@ fn overview(cases: &[Outcome]) -> Section {
 fn section(case: &Outcome) -> Result<Section, ReportError> {
     let mut blocks = vec![Block::Text(format!("Reference: {}", case.provenance))];
     blocks.extend(case.failure.iter().map(|failure| Block::Text(format!("Failed: {failure}"))));
+    blocks.extend(convergence(&case.rows));
     let mut table = Table::new(
         [Column::new("error", "")
             .about("relative to the reference, or in the unit of the quantity where it says so")],
@@ -90,6 +92,63 @@ fn section(case: &Outcome) -> Result<Section, ReportError> {
         blocks.push(Block::Table(table));
     }
     Ok(Section { name: case.name.clone(), title: case.title.clone(), blocks })
+}
+
+/// Error against unknowns and against time for each quantity that some formulation gave on several meshes.
+fn convergence(rows: &[Row]) -> Vec<Block> {
+    let mut quantities: Vec<&str> = Vec::new();
+    for row in rows {
+        if !quantities.contains(&row.label.quantity.as_str()) {
+            quantities.push(&row.label.quantity);
+        }
+    }
+    let of = |quantity: &str, formulation| {
+        let quantity = quantity.to_string();
+        let chosen = move |row: &&Row| {
+            row.label.quantity == quantity && row.label.formulation == formulation
+        };
+        rows.iter().filter(chosen).collect::<Vec<_>>()
+    };
+    let is_ladder = |rows: Vec<&Row>| {
+        let mut unknowns: Vec<_> = rows.iter().map(|row| row.cost.unknowns).collect();
+        unknowns.sort_unstable();
+        unknowns.dedup();
+        unknowns.len() > 1 && unknowns.len() == rows.len()
+    };
+    quantities.retain(|quantity| Formulation::ALL.iter().any(|&f| is_ladder(of(quantity, f))));
+    let block = |quantity: &str| {
+        let chart = |name: &str, abscissa: fn(&Row) -> f64| {
+            let mut chart = Chart::new(format!("Error against {name}"), [name, "error"], [true; 2]);
+            for formulation in Formulation::ALL {
+                let mut rows = of(quantity, formulation);
+                rows.sort_by(|a, b| abscissa(a).total_cmp(&abscissa(b)));
+                let points = rows.iter().map(|row| [abscissa(row), row.error]);
+                let hints = rows.iter().map(|row| hint(row)).collect();
+                let series = Series::new(formulation.label(), Style::Marked, points);
+                if !rows.is_empty() {
+                    chart.series.push(Series { hints, ..series });
+                }
+            }
+            chart
+        };
+        let charts = [
+            chart("unknowns", |row| row.cost.unknowns as f64),
+            chart("seconds", |row| row.cost.seconds),
+        ];
+        Block::charts(quantity, "", charts)
+    };
+    quantities.into_iter().map(block).collect()
+}
+
+fn hint(row: &Row) -> String {
+    format!(
+        "{}: {}, error {}, {} unknowns, {}",
+        subject(row),
+        format::trimmed(row.value, 6),
+        error(row.error, row.measure),
+        format::count(row.cost.unknowns as u64),
+        format::seconds(row.cost.seconds)
+    )
 }
 
 const HEADINGS: [&str; 7] = ["value", "reference", "error", "band", "time", "unknowns", ""];

@@ -157,6 +157,7 @@ mod experiment {
             problem: "Poisson-BVP-1".into(),
             setting: "N_f = 4".into(),
             method: Method::Hcnn,
+            abscissa: None,
             truth: Vec::new(),
         };
         let run = |_: &Task| Ok(Run::default());
@@ -175,6 +176,7 @@ mod section {
             problem: "Heat-BVP-1".into(),
             setting: String::new(),
             method: Method::Hcgp,
+            abscissa: None,
             truth: vec![Truth { name: "theta".into(), value: 1.0 }],
         };
         let run = Run { err_u, seconds: 0.5, theta: vec![theta], ..Run::default() };
@@ -193,7 +195,7 @@ mod section {
             };
             let label = row(1e-5, 1.0).label;
             let row = Row::of(label, (0..of).map(run).collect(), Vec::new()).unwrap();
-            let section = section("heat-1".into(), "Heat", "", &[row]).unwrap();
+            let section = section("heat-1".into(), "Heat", "", &[row], Vec::new()).unwrap();
             let mut texts = section.blocks.into_iter().filter_map(|block| match block {
                 Block::Text(text) => Some(text),
                 _ => None,
@@ -208,7 +210,7 @@ mod section {
 
     #[test]
     fn what_is_missed_is_said_plainly() {
-        let section = |row| section("heat-1".into(), "Heat", "", &[row]).unwrap();
+        let section = |row| section("heat-1".into(), "Heat", "", &[row], Vec::new()).unwrap();
         let reached = section(row(4.94e-5, 1.0004));
         assert!(reached.tables().flat_map(Table::verdicts).all(|found| found.3.met));
         let missed = section(row(9.8e-5, 1.02));

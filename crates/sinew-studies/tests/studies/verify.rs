@@ -99,6 +99,8 @@ fn both_files_hold_errors_times_and_bands() {
     assert_eq!(row.times[0].value.median(), Some(0.1));
     let page = report.to_html();
     assert!(page.contains("A made-up &lt;case&gt;") && !page.contains("A made-up <case>"));
+    // Error against unknowns and error against seconds; keys of rows are hidden from screen readers.
+    assert_eq!(page.matches("role=\"img\"").count(), 2);
 }
 
 fn options(out: &Path, only: &[&str]) -> Options {

@@ -1,6 +1,6 @@
 //! Report of a calibration.
 
-use super::{Curve, LINEARISED, measured, parameter_in_words, verdict, volumes_in_words};
+use super::{Curve, LINEARISED, inverse, measured, parameter_in_words, verdict, volumes_in_words};
 use crate::locking_in_words;
 use crate::patient::Prepared;
 use sinew_calibrate::{PatientStates, Posterior};
@@ -77,6 +77,11 @@ fn curve_block(curve: &Curve, prepared: &Prepared, posterior: &Posterior) -> Blo
         let points = curve.pressures.iter().zip(&curve.volumes).map(|(p, v)| [v[quantile], *p]);
         chart.series.push(Series::new(name, Style::Line, points));
     }
+    if let Some(klotz) = curve.klotz {
+        let points = curve.pressures.iter().map(|p| [inverse(&klotz, *p), *p]);
+        let name = "Klotz et al. 2006, through the last datum";
+        chart = chart.with(Series::new(name, Style::Line, points));
+    }
     let measured = measured(prepared, posterior, &curve.cavity);
     chart = chart.with(Series::new("measured", Style::Points, measured));
     let end = curve.end.as_ref().map_or(String::new(), |end| format!("; {end}"));
@@ -148,6 +153,11 @@ fn identifiability(posterior: &Posterior) -> Section {
 
 fn data(posterior: &Posterior) -> Section {
     let checks = &posterior.predictive.data;
+    let points = checks.iter().enumerate().map(|(at, c)| [at as f64 + 1.0, c.residual]);
+    let hints = checks.iter().map(|check| check.name.clone()).collect();
+    let series = Series { hints, ..Series::new("residual", Style::Points, points) };
+    let axes = ["datum", "measured − predicted [standard deviations]"];
+    let chart = Chart::new("Residuals", axes, [false; 2]).with(series);
     let row = |check: &sinew_calibrate::DatumCheck| {
         let datum = posterior.problem.data.iter().find(|d| d.name == check.name);
         let (size, unit) = datum.map_or((1.0, ""), |d| (d.size, d.unit.as_str()));
@@ -172,15 +182,16 @@ fn data(posterior: &Posterior) -> Section {
         "p",
         "p, left out",
     ];
-    let p = trimmed(posterior.predictive.p_overall, 3);
-    let blocks = vec![
-        Block::Text(format!("Probability of misfits in all that are larger than these: {p}.")),
-        Block::Listing {
-            title: "Each datum".into(),
-            head: head.map(String::from).to_vec(),
-            rows: checks.iter().map(row).collect(),
-        },
-    ];
+    let mut blocks = vec![Block::Text(format!(
+        "Probability of misfits in all that are larger than these: {}.",
+        trimmed(posterior.predictive.p_overall, 3)
+    ))];
+    blocks.push(Block::charts("Residual of each datum", "", [chart]));
+    blocks.push(Block::Listing {
+        title: "Each datum".into(),
+        head: head.map(String::from).to_vec(),
+        rows: checks.iter().map(row).collect(),
+    });
     Section { name: "data".into(), title: "Data and predictions".into(), blocks }
 }
 

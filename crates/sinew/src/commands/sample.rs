@@ -8,9 +8,10 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 use sinew::output::{Results, csv_line};
 use sinew::{Body, Design, heads};
-use sinew_emulate::{Shard, merge, simulate_shard, store};
+use sinew_emulate::{Shard, ShardState, merge, simulate_shard, store};
 use std::num::NonZeroUsize;
 use std::path::Path;
+use std::time::Duration;
 
 /// Number and design of the parameter sets.
 #[derive(Debug, Args)]
@@ -180,19 +181,28 @@ impl Sample {
 pub(crate) struct Merge {
     #[command(flatten)]
     case: CaseArguments,
+    /// Only tell which shards are done, begun or missing
+    #[arg(long)]
+    status: bool,
 }
+
+/// Time after which a shard that has stored nothing may have ended.
+const SILENT: Duration = Duration::from_secs(120);
 
 impl Merge {
     pub(crate) fn run(&self) -> Result<()> {
         let (_, body, folder) = self.case.open()?;
         let folder = folder.join("sample");
-        let campaign = store::read_json::<Campaign>(&folder.join(CAMPAIGN))?;
-        let Some(Campaign { count, design, seed, shards }) = campaign else {
+        let Some(campaign) = store::read_json::<Campaign>(&folder.join(CAMPAIGN))? else {
             return refuse(format!(
                 "there is no campaign in {}; begin one: sinew sample CASE --solve --shard 1/16",
                 folder.display()
             ));
         };
+        if self.status {
+            return tell_status(&campaign, &folder);
+        }
+        let Campaign { count, design, seed, shards } = campaign;
         let thetas = design.sample(&body.parameters, count, seed)?;
         let found = merge(&body, &thetas, shards, &folder)?;
         let failed: Vec<_> = found.failures.iter().map(|failure| failure.theta.clone()).collect();
@@ -206,6 +216,35 @@ impl Merge {
         println!("written: {}", folder.display());
         Ok(())
     }
+}
+
+/// Prints how many shards are done, and a line for each of the others.
+fn tell_status(&Campaign { count, shards, .. }: &Campaign, folder: &Path) -> Result<()> {
+    let (mut done, mut without, mut lines) = (0, 0, Vec::new());
+    for shard in (1..=shards).filter_map(|index| Shard::new(index, shards)) {
+        let told = match shard.state(folder)? {
+            ShardState::Done { failed } => {
+                (done, without) = (done + 1, without + failed);
+                continue;
+            }
+            ShardState::Begun { tried, failed, since } => {
+                let of = shard.samples(count).len();
+                let silent = if since > SILENT { ": ended, or in a long solve" } else { "" };
+                format!(
+                    "{tried} of {of} samples tried, {failed} without equilibrium, stored {} s ago{silent}",
+                    since.as_secs()
+                )
+            }
+            ShardState::Damaged(name) => {
+                format!("{name} changed since it was solved; solve it again")
+            }
+            ShardState::Missing => "nothing stored yet".into(),
+        };
+        lines.push(format!("{shard}: {told}"));
+    }
+    println!("{done} of {shards} shards done, {without} samples without equilibrium in them");
+    lines.iter().for_each(|line| println!("{line}"));
+    Ok(())
 }
 
 /// A row per θ, in the parameters' own units.

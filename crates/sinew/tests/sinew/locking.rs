@@ -148,12 +148,12 @@ fn the_head_of_a_report_says_what_has_to_be_known() {
     for said in ["expected to lose", "regression is the most accurate", "95 % within"] {
         assert!(head.contains(said), "{said}: {head}");
     }
-    // Largest and 95 % beside medians; refused and hurt; errors on the body; seed, case and options of the training.
+    // Largest and 95 % beside medians; refused and hurt; motion; seed, case and options of the training.
     for said in [
         "largest",
         "0 of 6",
-        "Where the errors are",
-        "one logarithmic scale",
+        "How the body moves",
+        "one linear scale",
         "training of regression",
         "neo-hookean-young",
         "seed",

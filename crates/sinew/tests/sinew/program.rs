@@ -252,6 +252,9 @@ fn a_signal_stores_what_is_solved_and_the_same_command_goes_on() {
     let rows = std::fs::metadata(shard.join("under-way/theta.npy")).unwrap().len();
     // More than the head of the table, which is 128 bytes.
     assert!(rows > 128 && !shard.join("done.json").exists());
+    let told = done(folder, "merge bar.toml --out stopped --status");
+    assert!(told.contains("0 of 2 shards done") && told.contains("2/2: nothing"), "{told}");
+    assert!(told.contains("of 30 samples tried, 0 without equilibrium, stored "), "{told}");
     done(folder, line);
     assert!(!shard.join("under-way").exists());
     for shard in ["--out stopped --shard 2/2", "--out whole --shard 1/2", "--out whole --shard 2/2"]
@@ -287,6 +290,10 @@ fn a_campaign_in_shards_is_that_of_one_process() {
     shards.into_iter().for_each(|mut shard| assert!(shard.wait().unwrap().success()));
     let (_, told) = refused(folder, "merge bar.toml --out parts");
     assert!(told.contains("lacks the shards 2/4"), "{told}");
+    let told = done(folder, "merge bar.toml --out parts --status");
+    let expected =
+        "3 of 4 shards done, 0 samples without equilibrium in them\n2/4: nothing stored yet\n";
+    assert!(told.contains(expected), "{told}");
     // What was solved is kept.
     let fields = folder.join("parts/sample/shards/00003-of-00004/displacement.npy");
     let before = std::fs::metadata(&fields).unwrap().modified().unwrap();

@@ -1,7 +1,7 @@
 //! A thin travelling front: a nonlinear equation, forward and inverse, beyond the thesis' linear ones.
 
 use crate::gp::experiment::{Case, Experiment, Purpose, Scale, Task};
-use crate::gp::inference::{Approach, Inference, Observed};
+use crate::gp::inference::{Approach, Drawings, Inference, Observed};
 use crate::gp::problems::{Setting, allen_cahn};
 use crate::gp::row::{Covered, Run};
 use crate::program::standard_normal;
@@ -54,6 +54,8 @@ struct Front {
     equation: SemiLinear<2, 1>,
     inference: Inference<2>,
     kappa: f64,
+    /// Label that distinguishes it from the others.
+    name: String,
 }
 
 fn front(scale: Scale, kappa: f64, unknown: bool) -> Result<Front> {
@@ -63,7 +65,7 @@ fn front(scale: Scale, kappa: f64, unknown: bool) -> Result<Front> {
     let nothing = |_: &Setting<2>, _: &Task| Ok(Observed::collocated(Vec::new(), Vec::new()));
     let inference = Inference::new(&setting, Approach::Constrained, scale, nothing);
     let inference = Inference { restarts: scale.pick(2, 1), ..inference };
-    Ok(Front { equation, inference, kappa })
+    Ok(Front { equation, inference, kappa, name: String::new() })
 }
 
 fn forward(scale: Scale, kappa: f64, count: usize) -> Result<Front> {
@@ -71,7 +73,9 @@ fn forward(scale: Scale, kappa: f64, count: usize) -> Result<Front> {
     let observe = move |_: &Setting<2>, task: &Task| {
         Ok(Observed::collocated(lattice(count, task), vec![0.0; count]))
     };
-    let inference = Inference { observe: Box::new(observe), ..front.inference };
+    // One of a kind is enough to be seen.
+    let drawings = if count == COLLOCATION { Drawings::Posterior } else { Drawings::None };
+    let inference = Inference { observe: Box::new(observe), drawings, ..front.inference };
     Ok(Front { inference, ..front })
 }
 
@@ -99,7 +103,8 @@ fn inverse(scale: Scale, noise: Noise) -> Result<Front> {
 impl Front {
     fn case(self, name: String) -> Case {
         let (setting, method) = (self.inference.setting.clone(), self.inference.approach.method());
-        Case::new(setting.named(), method, move |task| self.run(task)).at(name)
+        let front = Self { name: name.clone(), ..self };
+        Case::new(setting.named(), method, move |task| front.run(task)).at(name)
     }
 
     fn run(&self, task: &Task) -> Result<Run> {
@@ -115,7 +120,8 @@ impl Front {
         let solution = self.equation.solve(&kernel, &data, &options, STEPS)?;
         let seconds = start.elapsed().as_secs_f64();
         let grid = self.grid(self.inference.scale.pick(60, 12))?;
-        let run = self.inference.measured(&solution.fit, &grid)?;
+        let mut run = self.inference.measured(&solution.fit, &observed, &grid, task)?;
+        run.figures.iter_mut().for_each(|figure| figure.title += &format!(", {}", self.name));
         Ok(Run { seconds, covered: self.covered(&solution)?, ..run })
     }
 

@@ -4,11 +4,12 @@ use crate::gp::experiment::{Case, Experiment, Scale};
 use crate::gp::floor;
 use crate::gp::floor::Family;
 use crate::gp::inference::{Approach, Error, Inference, NOISE, Sampling, approaches};
-use crate::gp::lines;
 use crate::gp::problems::{self, Setting};
-use crate::gp::row::Method;
+use crate::gp::row::{Method, Row};
+use crate::gp::{draw, lines};
 use anyhow::Result;
 use sinew_gp::Evidence;
+use sinew_report::Figure;
 
 /// 25 noisy values and 25 collocation points on a rod.
 pub(super) fn heat_1(scale: Scale) -> Result<Experiment> {
@@ -40,15 +41,12 @@ const WAVES: Sampling = Sampling { values: 25, collocation: 25, error: NOISE };
 
 /// HCGP, UCGP and PCGP from ten starts, and the first two by the joint evidence, as in the thesis.
 fn waves(setting: &Setting<2>, scale: Scale) -> Vec<Case> {
-    let inference = |approach| {
-        let sampled = Inference::sampled(setting, approach, WAVES, scale);
-        Inference { restarts: scale.pick(10, 2), ..sampled }
-    };
+    let traced = |approach| Inference::sampled(setting, approach, WAVES, scale).traced();
     let approaches = [Approach::Constrained, Approach::Unconstrained];
-    let automatic = approaches.map(|approach| inference(approach).case()).into_iter();
-    let penalised = inference(Approach::Penalised(100)).case().at("N_b = 100");
+    let automatic = approaches.map(|approach| traced(approach).case()).into_iter();
+    let penalised = traced(Approach::Penalised(100)).case().at("N_b = 100");
     let joint = approaches.map(|approach| {
-        let joint = Inference { evidence: Evidence::Joint, ..inference(approach) };
+        let joint = Inference { evidence: Evidence::Joint, ..traced(approach) };
         joint.case().at("joint evidence")
     });
     automatic.chain([penalised]).chain(joint).collect()
@@ -90,9 +88,11 @@ pub(super) fn advection_diffusion(scale: Scale) -> Result<Experiment> {
     let mut cases = Vec::new();
     for &size in &SIZES[..scale.pick(SIZES.len(), 2)] {
         let sampling = Sampling { values: size, collocation: size, error: NOISE };
+        let total = 2.0 * size as f64;
         for approach in [Approach::Constrained, Approach::Unconstrained] {
             let inference = Inference::sampled(&setting, approach, sampling, scale);
-            cases.push(inference.case().at(format!("{size} + {size}")));
+            let inference = if size == SIZES[0] { inference } else { inference.undrawn() };
+            cases.push(inference.case().at(format!("{size} + {size}")).sweep(total));
         }
         let floor = floor::case(
             &setting,
@@ -100,7 +100,7 @@ pub(super) fn advection_diffusion(scale: Scale) -> Result<Experiment> {
             sampling,
             scale,
         );
-        cases.push(floor.at(format!("{size} values")));
+        cases.push(floor.at(format!("{size} values")).sweep(total));
     }
     Ok(Experiment {
         title: "Advection-diffusion (§4.8.4, Fig. 4.10)",
@@ -108,6 +108,19 @@ pub(super) fn advection_diffusion(scale: Scale) -> Result<Experiment> {
                 for 10 + 10 only (0.252 there is read as 0.0252).",
         cases,
     })
+}
+
+/// Errors over the number of data.
+pub(super) fn more_data(rows: &[Row]) -> Figure {
+    let charts = [
+        draw::sweep(["solution", "mean |u − û|"], rows, |row| Some(row.err_u())),
+        draw::sweep(["parameters", "‖θ − θ̂‖"], rows, Row::err_theta),
+    ];
+    Figure {
+        title: "More data (Fig. 4.10 c, d)".into(),
+        caption: "Medians over the data sets, and their range.".into(),
+        panels: charts.into(),
+    }
 }
 
 /// Ten noisy values each of u and f; ten pseudo-observations of the PCGP on each edge.
@@ -133,7 +146,7 @@ pub(super) fn rivals(scale: Scale) -> Result<Experiment> {
     for (setting, family, count) in each {
         let sampling = Sampling { values: count, collocation: count, error: NOISE };
         let inference = Inference::sampled(&setting, Approach::Constrained, sampling, scale);
-        let inference = Inference { complete: true, ..inference };
+        let inference = Inference { complete: true, ..inference.undrawn() };
         cases.push(inference.case().at("as it comes"));
         cases.push(floor::case(&setting, (Method::Lines, family), sampling, scale));
     }

@@ -5,16 +5,26 @@
 //! Misprints corrected: u = (x − x⁴)/12, and the energy has ½⟨u′, u′⟩.
 
 use crate::gp::deep::{Jet, WEIGHTS, adam, backward, forward, random_weights};
-use crate::gp::experiment::{Case, Experiment, Purpose, Scale, Task};
+use crate::gp::draw;
+use crate::gp::experiment::{Case, Experiment, Purpose, Scale, Task, derived};
 use crate::gp::hcnn::Network;
 use crate::gp::inference::{Approach, Inference, Observed};
 use crate::gp::pentagon::{Pentagon, corners};
 use crate::gp::problems::{self, Setting};
 use crate::gp::row::{Method, Run};
 use anyhow::Result;
-use sinew_gp::{Domain, Functional, Operator, Problem, constant};
+use sinew_gp::{
+    Conditional, Data, Domain, Evidence, Functional, GpError, Model, Noise, Operator, Prior,
+    Problem, constant, squared_exponential,
+};
+use sinew_report::{Chart, Figure, Series, Style};
 use std::sync::Arc;
 use std::time::Instant;
+
+/// Places at which both random starts of a network are shown (Fig. 4.3 c, d).
+const SHOWN: usize = 8;
+/// Functions drawn from the prior (Fig. 4.3 a).
+const SAMPLES: usize = 10;
 
 /// HCGP and HCNN from 4, 8 and 50 collocation points.
 pub(super) fn experiment(scale: Scale) -> Result<Experiment> {
@@ -41,7 +51,39 @@ fn observed(setting: &Setting<1>, count: usize) -> Observed<1> {
 
 fn process_case(setting: &Setting<1>, count: usize, scale: Scale) -> Case {
     let observe = move |setting: &Setting<1>, _: &Task| Ok(observed(setting, count));
-    Inference::new(setting, Approach::Constrained, scale, observe).case()
+    let inference = Inference::new(setting, Approach::Constrained, scale, observe);
+    Case::new(setting.named(), Method::Hcgp, move |task| {
+        let mut run = inference.run(task)?;
+        if task.draw && count == 4 {
+            run.figures.insert(0, prior_samples(&inference.setting, task)?);
+        }
+        Ok(run)
+    })
+}
+
+/// Functions drawn from the constrained prior, each of which satisfies the conditions.
+fn prior_samples(setting: &Setting<1>, task: &Task) -> Result<Figure, GpError> {
+    let points = setting.problem.domain().grid(81);
+    // One value known to be anything leaves the prior as it is.
+    let data = Data::new().values(&points[..1], &[0.0], Noise::Known(1e6));
+    let prior = Prior::constrained(&setting.problem, &squared_exponential())?;
+    let model = Arc::new(Model::new(prior, data, Evidence::Joint)?);
+    let middle = |parameter: &sinew_gp::FreeParameter| {
+        let [low, high] = parameter.start.map(|end| parameter.to_scale(end));
+        0.5 * (low + high)
+    };
+    let parameters: Vec<f64> = model.parameters().iter().map(middle).collect();
+    let conditional = Conditional::new(model, &parameters)?;
+    let samples = conditional.sample(&points, SAMPLES, task.seed_for(Purpose::Draws))?;
+    let lines = samples.iter().map(|values| draw::curve("", &points, values));
+    Ok(Figure {
+        title: "Prior of the HCGP (Fig. 4.3 a)".into(),
+        caption: "Every function satisfies u(0) = u′(0) = 0 and u′(2) = u(2).".into(),
+        panels: vec![Chart {
+            series: lines.collect(),
+            ..Chart::new("functions drawn from the prior", ["x", "u"], [false; 2])
+        }],
+    })
 }
 
 fn network_case(setting: &Setting<1>, count: usize, scale: Scale) -> Case {
@@ -69,8 +111,46 @@ fn run_network(setting: &Setting<1>, count: usize, scale: Scale, task: &Task) ->
     let seconds = start.elapsed().as_secs_f64();
     let grid = setting.grid(scale);
     let err_u = setting.error(&grid, &network.values(&grid));
+    let figures = match task.draw && count == SHOWN {
+        true => vec![two_starts(setting, scale, seed)?],
+        false => Vec::new(),
+    };
     let evaluations = Some(network.evaluations);
-    Ok(Run { err_u, seconds, evaluations, ..Run::default() })
+    Ok(Run { err_u, seconds, evaluations, figures, ..Run::default() })
+}
+
+/// Solution and right-hand side of two networks from two random starts.
+fn two_starts(setting: &Setting<1>, scale: Scale, seed: u64) -> Result<Figure> {
+    let points = setting.problem.domain().grid(101);
+    let networks = [1, 2].map(|start| train(setting, SHOWN, 1, scale, derived(seed, start)));
+    let [first, second] = networks;
+    let networks = [first?, second?];
+    let panel = |title: &str, symbol: &str, exact: Vec<f64>, values: [Vec<f64>; 2]| {
+        let mut chart = Chart::new(title, ["x", symbol], [false; 2]);
+        chart.series.push(draw::curve("exact", &points, &exact));
+        for (values, name) in values.iter().zip(["HCNN 1", "HCNN 2"]) {
+            chart.series.push(draw::curve(name, &points, values));
+        }
+        if symbol == "f" {
+            let places = observed(setting, SHOWN).collocation;
+            let marks = places.iter().map(|[x]| [*x, -2.0]);
+            chart.series.push(Series::new("equation imposed", Style::Points, marks));
+        }
+        chart
+    };
+    let exact = |of: &dyn Fn([f64; 1]) -> f64| points.iter().map(|x| of(*x)).collect();
+    let [first, second] = &networks;
+    let loads = [first.loads(&points), second.loads(&points)];
+    let solutions = [first.values(&points), second.values(&points)];
+    let losses = networks.map(|network| format!("{:.1e}", network.loss));
+    Ok(Figure {
+        title: "Two random starts of the HCNN (Fig. 4.3 c, d)".into(),
+        caption: format!("From {SHOWN} points; the losses are {} and {}.", losses[0], losses[1]),
+        panels: vec![
+            panel("right-hand side", "f", exact(&*setting.load), loads),
+            panel("solution", "u", exact(&*setting.solution), solutions),
+        ],
+    })
 }
 
 const LOAD: f64 = 4.0;
@@ -197,5 +277,26 @@ fn run_pinn(method: Method, scale: Scale, task: &Task) -> Result<Run> {
     };
     let err_u = mean(&|x, jet| jet[0] - solution(x));
     let err_f = mean(&|x, jet| jet[2] + load(x));
-    Ok(Run { err_u, seconds, err_f: Some(err_f), evaluations: Some(steps), ..Run::default() })
+    let panel = |title: &str, symbol: &str, exact: fn(f64) -> f64, values: Vec<f64>| {
+        let exact: Vec<f64> = grid.iter().map(|[x]| exact(*x)).collect();
+        let chart = Chart::new(format!("{}: {title}", method.label()), ["x", symbol], [false; 2]);
+        let exact = draw::curve("exact", &grid, &exact);
+        chart.with(exact).with(draw::curve(method.label(), &grid, &values))
+    };
+    let figure = || Figure {
+        title: format!("{} (Fig. 1.4)", method.label()),
+        caption: String::new(),
+        panels: vec![
+            panel("solution", "u", solution, jets.iter().map(|jet| jet[0]).collect()),
+            panel("right-hand side", "g", load, jets.iter().map(|jet| -jet[2]).collect()),
+        ],
+    };
+    Ok(Run {
+        err_u,
+        seconds,
+        err_f: Some(err_f),
+        evaluations: Some(steps),
+        figures: task.draw.then(figure).into_iter().collect(),
+        ..Run::default()
+    })
 }

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use sinew_emulate::Design;
 use sinew_fem::FrozenStiffness;
 use sinew_gnn::{DataSet, Surrogate};
-use sinew_report::Distribution;
+use sinew_report::{Chart, Distribution};
 use std::time::Instant;
 
 /// Steps of a training, one ventricle each, and their largest learning rate. Message passing of three steps takes four fifths of the time of
@@ -135,8 +135,8 @@ pub(super) struct OneShape {
 pub(super) struct FineTuned {
     /// Unchanged, and trained further.
     pub rows: Vec<Measured>,
-    /// Times of an answer.
-    pub fact: (String, String),
+    pub embedding: Chart,
+    pub facts: [(String, String); 2],
 }
 
 impl OneShape {
@@ -177,7 +177,8 @@ impl OneShape {
         let (trained, _) = compared.trained([&names[1], &about], from, told, &topology)?;
         let mut rows = vec![unchanged, trained];
         rows.iter_mut().for_each(of_one_shape);
-        Ok(FineTuned { rows, fact: data.times(&variant, surrogate)? })
+        let (embedding, fact) = data.compared.embedding((&variant, surrogate), &topology, 2)?;
+        Ok(FineTuned { rows, embedding, facts: [fact, data.times(&variant, surrogate)?] })
     }
 }
 

@@ -154,6 +154,7 @@ fn label() -> Label {
         problem: "Heat".into(),
         setting: String::new(),
         method: Method::Hcgp,
+        abscissa: None,
         truth: vec![Truth { name: "theta".into(), value: 1.0 }],
     }
 }
