@@ -263,7 +263,9 @@ pub enum UnloadError {
     )]
     PressureField,
     /// The thesis' formula for a pressure.
-    #[error("the thesis' formula for a pressure only reproduces its numbers; unload under the pressure itself (Load::Pressure)")]
+    #[error(
+        "the thesis' formula for a pressure only reproduces its numbers; unload under the pressure itself (Load::Pressure)"
+    )]
     ThesisPressure,
     /// A pressure's potential is counted from the plane that its rim slides in.
     #[error(

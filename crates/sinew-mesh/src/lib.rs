@@ -102,17 +102,16 @@ pub use any::AnyMesh;
 pub use element::{Element, QuadraturePoint};
 pub use error::{Defect, MeshError, Place, Problem};
 pub use generate::{
-    Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, ShapeError, Sheet,
-    Size, Trim, TruncatedEllipsoid, VentricleShape, Wall, WallOptions, box_hexahedra,
-    box_tetrahedra, rectangle_triangles,
+    Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, ShapeError, Sheet, Size, Trim,
+    TruncatedEllipsoid, VentricleShape, Wall, WallOptions, box_hexahedra, box_tetrahedra,
+    rectangle_triangles,
 };
 pub use geometry::{
     SELECTION_TOLERANCE, enclosed_volume, extents, extract_surface, repair_orientation,
 };
 pub use io::{
     DISPLACEMENT, MixedMesh, NpyArray, ReadReport, parse, parse_mesh, parse_npy, read, read_merged,
-    read_mesh, read_npy, to_npy, to_npy_of, to_stl, to_vtp, to_vtu, write_pvd,
-    write_vtu,
+    read_mesh, read_npy, to_npy, to_npy_of, to_stl, to_vtp, to_vtu, write_pvd, write_vtu,
 };
 pub use mesh::{
     Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh,
