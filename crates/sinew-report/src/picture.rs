@@ -11,7 +11,7 @@ pub struct Figure {
     pub title: String,
     /// Caption; may be empty.
     pub caption: String,
-    /// Its charts.
+    /// Charts, side by side.
     pub panels: Vec<Chart>,
 }
 

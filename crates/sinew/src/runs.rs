@@ -78,15 +78,22 @@ impl Runs {
         let [column] = table.columns(column)?[..] else {
             return Err(table.error(table.first, "name one column of files".into()));
         };
-        let mut first: Option<AnyMesh> = None;
+        let mut first: Option<(AnyMesh, String)> = None;
         let mut values = Vec::with_capacity(table.rows.len());
         for (line, cells) in &table.rows {
             let file = path.with_file_name(&cells[column]);
             let wrong = |reason: String| table.error(*line, reason);
             let (mesh, _) = sinew_mesh::read(&file).map_err(|error| wrong(error.to_string()))?;
             let said = |reason: String| wrong(format!("{}: {reason}", file.display()));
-            values.push(displacements(&mesh).map_err(said)?);
-            let first = first.get_or_insert_with(|| mesh.clone());
+            let (name, field) = displacements(&mesh).map_err(said)?;
+            values.push(field);
+            let (first, named) = first.get_or_insert_with(|| (mesh.clone(), name.clone()));
+            if name != *named {
+                let reason = format!(
+                    "its vectors are `{name}`, those of the first file `{named}`; call the displacement `displacement` in all"
+                );
+                return Err(said(reason));
+            }
             if first.points() != mesh.points() || first.cells() != mesh.cells() {
                 let reason =
                     "the mesh is not that of the first file; write all at rest, on one mesh";
@@ -95,7 +102,7 @@ impl Runs {
         }
         let output = Output { name: "displacement".into(), unit: "1".into(), values };
         let runs = table.runs(&inputs, table.numbers(&inputs)?, vec![output])?;
-        let mesh = first.expect("runs have files");
+        let (mesh, _) = first.expect("runs have files");
         runs.on(mesh).map_err(|reason| table.error(0, reason))
     }
 
@@ -271,7 +278,12 @@ impl<'a> Table<'a> {
                 (Some(_), Some(_)) => format!("`{name}` is there twice; rename one"),
                 (None, _) => {
                     let advice = advise(&name, names.iter().copied(), "the columns are");
-                    format!("there is no column `{name}`{advice}")
+                    let other = names.iter().any(|name| name.contains([';', '\t']));
+                    let commas = "; separate columns by commas, with points in decimals";
+                    format!(
+                        "there is no column `{name}`{advice}{}",
+                        if other { commas } else { "" }
+                    )
                 }
             };
             Err(self.error(self.first, reason))
@@ -309,14 +321,14 @@ impl<'a> Table<'a> {
     }
 }
 
-/// Displacements at the nodes of a mesh, by their name or as the only field of vectors.
-fn displacements(mesh: &AnyMesh) -> Result<Vec<f64>, String> {
+/// Displacements at the nodes of a mesh, by their name or as the only field of vectors, with that name.
+fn displacements(mesh: &AnyMesh) -> Result<(String, Vec<f64>), String> {
     let fields = || mesh.point_fields().iter().filter(|(_, field)| field.components == 3);
     let names: Vec<&str> = fields().map(|(name, _)| name.as_str()).collect();
-    let field = match (mesh.point_fields().get("displacement"), &names[..]) {
-        (Some(field), _) if field.components == 3 => field,
-        (_, [name]) => &mesh.point_fields()[*name],
-        (_, []) => {
+    let name = match &names[..] {
+        names if names.contains(&"displacement") => "displacement",
+        [name] => name,
+        [] => {
             return Err("there is no field of vectors at nodes; write the displacement".into());
         }
         _ => {
@@ -324,10 +336,10 @@ fn displacements(mesh: &AnyMesh) -> Result<Vec<f64>, String> {
             return Err(format!("vectors at nodes are {names}; call that to learn `displacement`"));
         }
     };
-    let values = field.to_f64().into_owned();
+    let values = mesh.point_fields()[name].to_f64().into_owned();
     match values.iter().position(|value| !value.is_finite()) {
         Some(place) => Err(format!("the displacement of node {} is not finite", place / 3)),
-        None => Ok(values),
+        None => Ok((name.into(), values)),
     }
 }
 

@@ -188,6 +188,9 @@ fn displacements_on_a_mesh_predict_runs_that_were_held_back() {
         .map(|emulator| emulator.left_out()[0].error);
     // Files hold numbers as text of all their digits.
     assert!((files / archive - 1.0).abs() < 1e-9, "{files:e}, {archive:e} by an archive");
+    written(3, 0.0, "v");
+    let (code, named) = refused(folder, &format!("{train} --restart"));
+    assert!(code == 2 && named.contains("line 5") && named.contains("`v`"), "{named}");
     written(3, 0.1, "u");
     let (code, moved) = refused(folder, &format!("{train} --restart"));
     assert!(code == 2 && moved.contains("line 5") && moved.contains("all at rest"), "{moved}");
@@ -266,6 +269,7 @@ fn mistakes_in_a_table_are_told_with_line_and_column() {
         (good[..6].join("\n"), "--parameters a,b", "5 runs of 2 parameters; give at least 6"),
         (good[1..].join("\n"), "--parameters a,b", "no column `a`; the columns are: 1, 10, 0"),
         (String::new(), "--parameters a,b", "the table is empty"),
+        (good.join("\n").replace(',', ";"), "--parameters a,b", "separate columns by commas"),
         (
             good.join("e-171\n").replacen("e-171", "", 1) + "e-171",
             "--parameters a,b",
