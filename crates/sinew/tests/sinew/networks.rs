@@ -2,7 +2,7 @@
 
 use crate::case_files::refusal;
 use crate::program::{BAR, done};
-use sinew::case::Training;
+use sinew::case::{RecipeName, Training};
 use sinew::npz;
 use std::collections::BTreeSet;
 use std::fs;
@@ -90,10 +90,12 @@ fn keys_of_networks_are_trained_with_printed_stored_and_exported() {
 }
 
 #[test]
-fn a_network_of_auto_learns_from_the_samples_that_are_asked_for() {
-    let training = Training { samples: Some(30), ..Training::default() };
-    let recipe = serde_json::to_value(training.recipe()).unwrap();
-    assert_eq!(recipe["rivals"][0]["simulations"], 30, "{recipe}");
+fn recipes_learn_from_the_samples_that_are_asked_for() {
+    for (recipe, key) in [(RecipeName::Dd, "simulations"), (RecipeName::Regression, "most")] {
+        let training = Training { recipe: Some(recipe), samples: Some(30), ..Training::default() };
+        let recipe = serde_json::to_value(training.recipe()).unwrap();
+        assert_eq!(recipe[key], 30, "{recipe}");
+    }
 }
 
 #[test]
