@@ -216,8 +216,12 @@ impl<'b> Counted<'b> {
         let Some((centre, displacement, jumped)) = solved else { return Ok(None) };
         let Ok(first) = solver.solve_from(&displacement, theta, &options) else { return Ok(None) };
         let near = first.iterations() as f64;
-        // A solve from rest may take fewer.
-        let near = if emulator.is_none() { near.min(centre) } else { near };
+        // A solve from rest may take fewer, and one at the centre itself tells nothing.
+        let near = match near {
+            ..2.0 => near.max(centre),
+            _ if emulator.is_none() => near.min(centre),
+            _ => near,
+        };
         Ok(Some(Self { near, centre, first, solver, displacement, jumped }))
     }
 }
