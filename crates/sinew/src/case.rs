@@ -162,7 +162,7 @@ impl Case {
                 "this is the name of a mesh, not of a case; name the mesh by `file` under [mesh] of a case file, or by --mesh beside a case",
             )
         } else {
-            let reason = "this is a folder; name a case file. Emulators of stored runs are for `sinew predict` and `sinew calibrate`";
+            let reason = "this is a folder; name a case file. Emulators of stored runs are for `sinew predict`, `calibrate`, `serve` and `export --page`";
             path.is_dir().then_some(reason)
         };
         let file = path.to_string_lossy();

@@ -33,7 +33,11 @@ pub(crate) struct Export {
 
 impl Export {
     pub(crate) fn run(&self) -> Result<()> {
-        let asked = [!self.page, self.emulator.is_some()];
+        let asked = [
+            #[cfg(feature = "networks")]
+            self.weights,
+            self.emulator.is_some(),
+        ];
         if let Some(runs) = runs::trained(&self.case, asked, "--weights, --emulator")? {
             let place = &self.case.file.case;
             let title = place.file_name().unwrap_or_default().to_string_lossy();
