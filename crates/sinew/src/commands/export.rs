@@ -40,9 +40,12 @@ impl Export {
         ];
         if let Some(runs) = runs::trained(&self.case, asked, "--weights, --emulator")? {
             let place = &self.case.file.case;
-            let title = place.file_name().unwrap_or_default().to_string_lossy();
+            // The place may be `.`.
+            let whole = place.canonicalize()?;
+            let title = whole.file_name().unwrap_or_default().to_string_lossy();
             let viewer = sinew::viewer_of_runs(&runs, &title, PAGE_SEED)?;
             let out = self.case.out.as_ref().unwrap_or(place);
+            std::fs::create_dir_all(out)?;
             return write_page(&viewer, &out.join("emulator.html"));
         }
         let (case, body, folder) = self.case.open()?;

@@ -144,11 +144,15 @@ fn the_program_serves_runs_and_exports_their_page() {
     two_numbers(12).0.save(&folder.join("numbers/emulator")).unwrap();
     let told = done(folder, "export bars --page");
     assert!(told.contains("error of runs left out: ") && told.contains("MB"), "{told}");
+    done(&folder.join("bars"), "export . --page --out ../pages/bars");
     let page = std::fs::read_to_string(folder.join("bars/emulator.html")).unwrap();
+    assert_eq!(std::fs::read_to_string(folder.join("pages/bars/emulator.html")).unwrap(), page);
     assert!(page.contains("<title>bars</title>") && page.len() < 200_000, "{}", page.len());
     for (command, said) in [
         ("export numbers --page", "this emulator has numbers alone; train it with --from-fields"),
         ("export bars --page --emulator other", "leave --weights, --emulator and --mesh out"),
+        #[cfg(feature = "networks")]
+        ("export bars --page --weights", "leave --weights, --emulator and --mesh out"),
         ("serve bars --emulator other", "leave --emulator and --mesh out"),
     ] {
         let (code, told) = refused(folder, command);
