@@ -271,7 +271,7 @@ impl<'b> Service<'b> {
         let found = match (method, path.trim_end_matches('/')) {
             ("GET", "/Info") => Ok(json!({ "protocolVersion": 1.0, "models": self.models() })),
             ("POST", path) => self.posted(path, text),
-            (method, path) => {
+            _ => {
                 let reason = format!("{method} {path} is no request of UM-Bridge 1.0");
                 Err(Response::failed(404, "UnsupportedFeature", &reason))
             }
