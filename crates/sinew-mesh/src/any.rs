@@ -241,7 +241,8 @@ impl AnyMesh {
         hanging
     }
 
-    /// The boundary as a surface of [`AnyMesh::boundary_triangles`], with the cell of each. Over the sides of a plane body stand walls of two triangles, of different heights.
+    /// The boundary of a solid as triangles ([`AnyMesh::boundary_triangles`]), with the cell of each. The sides of a plane body become walls, two triangles each. Heights differ,
+    /// so that walls at one place cross each other.
     pub fn boundary_surface(&self) -> (TriangleMesh, Vec<usize>) {
         let (mut points, (mut cells, mut owners)) =
             (self.points().to_vec(), self.boundary_triangles());
@@ -261,7 +262,7 @@ impl AnyMesh {
         (TriangleMesh { points, cells, ..TriangleMesh::default() }, owners)
     }
 
-    /// A cell of each part, joined by common nodes, that lies inside an odd number of others. Only one of two parts at one place is real.
+    /// A cell of each part, joined by common nodes, of a solid or plane body that lies inside an odd number of others. Only one of two parts at one place is real.
     ///
     /// ```
     /// use sinew_mesh::{AnyMesh, TetMesh, box_tetrahedra};

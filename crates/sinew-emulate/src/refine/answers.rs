@@ -87,8 +87,11 @@ impl Answers {
         let mut answers: Vec<_> = thetas.iter().map(|_| None).collect();
         let (mut expansion, mut centre_jumped) = (None, false);
         if let Some(Counted { solver, displacement, first, jumped, .. }) = counted {
-            answers[0] = Some(Ok(Answer::from(first).descended(jumped)));
-            counter.keep(1);
+            // The solver begins at rest, not at a state of an emulator.
+            if emulator.is_none() || plan.method() != Method::Solver {
+                answers[0] = Some(Ok(Answer::from(first).descended(jumped)));
+                counter.keep(1);
+            }
             if plan.method() == Method::Expansion {
                 expansion = Some(Emulator::taylor_about(solver, &displacement, 1)?);
                 centre_jumped = jumped;

@@ -5,6 +5,7 @@
 //! back-substitutions, a tenth or less of a Newton step.
 
 use crate::elements::{System, check_potential, inadmissible, load_gradient, place};
+use crate::linear::systems::CORRECTION;
 use crate::linear::{add, difference, dot, norm, relative};
 use crate::solve::{SUFFICIENT, flattens, minds_turned_cells};
 use crate::{Result, SolveError, Solver};
@@ -202,10 +203,22 @@ impl System<'_> {
                     self.sparsity.scatter_along(frames, free, &mut step);
                     mean_and_largest(&step)[0]
                 };
-                let [frozen, updated] = memory.estimates(&at.slope, &solved).map(mean);
-                lengths.push(frozen.max(updated));
+                let length = |solved: &[f64]| {
+                    let [frozen, updated] = memory.estimates(&at.slope, solved).map(mean);
+                    frozen.max(updated)
+                };
                 let [size, _] = mean_and_largest(&at.displacement);
-                let open = left_open(&lengths, if stop.contracts { 0 } else { SEEN }) / size;
+                let seen = if stop.contracts { 0 } else { SEEN };
+                let open = |lengths: &[f64]| left_open(lengths, seen) / size;
+                lengths.push(length(&solved));
+                if self.iterates && open(&lengths) <= accuracy {
+                    // A truncated iteration shortens the step.
+                    let mut precise = at.slope.clone();
+                    self.back_substitute(&mut precise, CORRECTION);
+                    lengths.pop();
+                    lengths.push(length(&precise));
+                }
+                let open = open(&lengths);
                 error = (open <= accuracy).then_some(open);
                 if error.is_some() || (first && lengths[0] > FARTHEST * size) {
                     break;

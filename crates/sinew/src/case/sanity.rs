@@ -55,7 +55,7 @@ fn contacts(mesh: &AnyMesh) -> impl Iterator<Item = String> {
         let parts = mesh.enclosed_parts();
         let cell = parts.first()?;
         Some(format!(
-            "a part of it lies inside another one without common nodes, {} in all, with cell {cell} first; both count there: leave one out, or cut the place of the inner one out of the other",
+            "parts of it lie inside others without common nodes, {} in all, the first with cell {cell}; both count there: leave one out, or cut the place of the inner one out of the other",
             parts.len()
         ))
     };

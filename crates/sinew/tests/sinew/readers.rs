@@ -204,7 +204,7 @@ any = [{ plane = { point = [0, 0, 0], normal = [1, 0, 0] } }, { nearest = [40, 0
     assert!(overlapping.contains("passes through itself"), "{overlapping}");
     let apart = said([30.0, 0.0, 0.0], 1.0);
     assert!(!apart.contains("lie on cells") && !apart.contains("passes through"), "{apart}");
-    assert!(!apart.contains("lies inside another"), "{apart}");
+    assert!(!apart.contains("lie inside others"), "{apart}");
     let inside = said([8.1, 3.2, 3.3], 0.2);
-    assert!(inside.contains("a part of it lies inside another one"), "{inside}");
+    assert!(inside.contains("parts of it lie inside others"), "{inside}");
 }
