@@ -17,8 +17,8 @@ const LAST: usize = 3;
 /// Most steps; a body that takes more loses most of its displacement, and its estimate is a lower bound.
 const MOST_STEPS: usize = 100;
 
-/// Displacement gradient and tangent at a point.
-type Point = (Mat3<f64>, [[f64; 9]; 9]);
+/// Tangent at a point.
+type Tangent = [[f64; 9]; 9];
 
 /// Change of the displacement with all loads, \[length\] per load factor.
 struct Responses {
@@ -96,22 +96,23 @@ impl System<'_> {
         };
         let gradients = body.law_gradients(displacement);
         let gradients = gradients.ok_or_else(|| inadmissible(body, displacement))?;
-        let points: Vec<Point> = gradients.into_iter().enumerate().map(point).collect();
+        let points = gradients.into_iter().enumerate().map(point);
+        let (gradients, tangents): (Vec<Mat3<f64>>, Vec<Tangent>) = points.unzip();
         match body.patches.is_empty() {
             true => {
                 let stress = self.stress_with(&pressures, &smooth);
                 self.assembly.nearly_incompressible = true;
                 self.assemble(&at, theta, load_factor, Some(&stress));
             }
-            false => self.remove_patches(&points),
+            false => self.remove_patches(&tangents),
         }
         let (linear, stable) = self.respond(&rate, &motion, true)?;
-        let enriched = Enriched::new(body, points.iter().map(|(_, tangent)| *tangent).collect());
+        let enriched = Enriched::new(body, tangents);
         let mut residual = enriched.couple(&linear);
         if tension.iter().any(|&t| t != 0.0) {
             let rates = body.law_parameters(&tension);
             let stress = |point: usize| {
-                body.material.stress_rate(point, parameters, rates, &points[point].0)
+                body.material.stress_rate(point, parameters, rates, &gradients[point])
             };
             enriched.add_stresses(stress, &mut residual);
         }
@@ -162,13 +163,13 @@ impl System<'_> {
     }
 
     /// Replaces the stiffness of the patches by that of their cells.
-    fn remove_patches(&mut self, points: &[Point]) {
+    fn remove_patches(&mut self, tangents: &[Tangent]) {
         let body = self.body;
         for (index, of_patch) in body.patches.iter().enumerate() {
             let patch = &self.assembly.patches[index];
             let (at, alone) = (of_patch.iter(), patch.without_mean());
             let present = at.clone().map(|&point| self.assembly.points[point].tangent());
-            let own = at.map(|&point| points[point].1);
+            let own = at.map(|&point| tangents[point]);
             let (before, after) = with_nodes!(body.nodes_per_cell, N => (
                 patch.stiffness::<N>(body, of_patch, present),
                 alone.stiffness::<N>(body, of_patch, own),
