@@ -13,6 +13,7 @@ mod case_files;
 mod command_lines;
 mod damaged_cases;
 mod directions;
+mod doubts;
 mod four_chambers;
 mod images;
 mod keys;
