@@ -162,7 +162,7 @@ fn parse_grid(file: &str, bytes: &[u8]) -> Result<MixedMesh, Fault> {
     }
     match content {
         [b'$', ..] => gmsh::parse(bytes),
-        [b'<', ..] => vtu::parse(bytes),
+        [b'<', ..] if content.windows(8).any(|word| word == b"<VTKFile") => vtu::parse(bytes),
         _ if content.starts_with(vtk::MAGIC) => vtk::parse(bytes),
         _ if stl::is_binary(bytes) || stl::is_text(content) => stl::parse(bytes),
         _ if inp::looks_like_it(content) => inp::parse(bytes),

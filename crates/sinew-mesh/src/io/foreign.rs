@@ -12,10 +12,20 @@ const NASTRAN: &[&[u8]] = &[b"$", b"SOL ", b"CEND", b"BEGIN", b"GRID"];
 const PACKED: &[&[u8]] = &[b"\x1f\x8b", b"PK\x03\x04", b"BZh", b"\xfd7zXZ", b"7z\xbc\xaf"];
 const HTML: &[&[u8]] = &[b"<!DOCTYPE html", b"<!doctype html", b"<html"];
 
-const FORMATS: [Foreign; 18] = [
+const IMAGES: &[&[u8]] = &[b"NRRD0", b"ObjectType = Image", b"\x5c\x01\0\0", b"\0\0\x01\x5c"];
+
+const FORMATS: [Foreign; 21] = [
     (PACKED, &[], "archive or compressed file", "unpack it"),
     (HTML, &[], "HTML", "it is a page in the place of the file: download that itself"),
     (&[b"version https://git-lfs"], &[], "pointer of Git LFS", "get the file by `git lfs pull`"),
+    (
+        IMAGES,
+        &[],
+        "image (NRRD, MetaImage or NIfTI)",
+        "segment it, and fill the surfaces with cells",
+    ),
+    (&[b"FORMAT"], &[b"ensight"], "EnSight", "save it from ParaView as .vtu"),
+    (&[b"$NOD"], &[], "gmsh MSH 1", "convert it with `gmsh -save -format msh41`"),
     (&[b"<"], &[b"<Xdmf"], "XDMF", FROM_DOLFINX),
     (&[b"<"], &[b"<febio_spec"], "FEBio (.feb)", "save the mesh from FEBio Studio as .vtk or .inp"),
     (&[b"<"], &[b"<dolfin"], "DOLFIN XML", BY_MESHIO),

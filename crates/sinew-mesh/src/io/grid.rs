@@ -108,6 +108,10 @@ impl MixedMesh {
 
     /// Adds a field of the points, or of the cells.
     pub(super) fn add_field(&mut self, of_points: bool, name: String, field: Field) -> Result<()> {
+        if name.is_empty() || name.contains(char::is_control) {
+            self.left_out.push(format!("array of the name `{}`", name.escape_debug()));
+            return Ok(());
+        }
         let fields = if of_points { &mut self.point_fields } else { &mut self.cell_fields };
         // VTK writes one that is active as scalars and as vectors twice.
         if fields.get(&name).is_some_and(|known| *known != field) {

@@ -365,6 +365,15 @@ fn marks_that_are_not_numbers_are_refused() {
 }
 
 #[test]
+fn arrays_without_a_name_are_left_out() {
+    let mesh = box_tetrahedra([1.0; 3], [1; 3]);
+    let ones = "<CellData><DataArray type=\"Float64\" format=\"ascii\">1 1 1 1 1 1</DataArray>";
+    let (read, report) = read(&File::of(&mesh).vtu().replace("<CellData>", ones));
+    assert_eq!(report.changes(), ["array of the name `` left out"]);
+    assert!(!read.cell_fields.contains_key("") && sinew_mesh::to_vtu(&read).is_ok());
+}
+
+#[test]
 fn nodes_that_nearly_meet_are_told() {
     let (_, mut file) = unmerged();
     // Half a percent of an edge, far beyond the digits of a file, but for one node.

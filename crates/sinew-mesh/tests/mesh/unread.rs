@@ -203,6 +203,9 @@ fn formats_that_are_not_read_are_named_with_the_way_out() {
         (format!("{xml}<Xdmf Version=\"3.0\"></Xdmf>"), "XDMF"),
         ("<Xdmf></Xdmf>".into(), "XDMF"),
         (format!("{xml}<febio_spec version=\"4.0\"></febio_spec>"), "FEBio"),
+        ("NRRD0004\ntype: short\n".into(), "image"),
+        ("FORMAT\ntype: ensight gold\nGEOMETRY\n".into(), "EnSight"),
+        ("$NOD\n1\n1 0 0 0\n$ENDNOD\n".into(), "gmsh MSH 1"),
         (format!("{xml}<dolfin></dolfin>"), "DOLFIN XML"),
         ("$ Nastran\nGRID    1       0       0.0     0.0     0.0\n".into(), "Nastran"),
         ("SOL 101\nCEND\nBEGIN BULK\n".into(), "Nastran"),
@@ -217,6 +220,8 @@ fn formats_that_are_not_read_are_named_with_the_way_out() {
         let start = format!("test, byte 0: the format `{format}");
         assert!(error.starts_with(&start) && error.contains("cannot be read; "), "{error}");
     }
+    let error = parse("test", b"<?xml version=\"1.0\"?>\n<GIFTI></GIFTI>").unwrap_err().to_string();
+    assert!(error.starts_with("test, byte 0: this is neither legacy VTK, VTU"), "{error}");
 }
 
 #[test]
