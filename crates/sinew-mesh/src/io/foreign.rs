@@ -12,6 +12,9 @@ const NASTRAN: &[&[u8]] = &[b"$", b"SOL ", b"CEND", b"BEGIN", b"GRID"];
 const PACKED: &[&[u8]] = &[b"\x1f\x8b", b"PK\x03\x04", b"BZh", b"\xfd7zXZ", b"7z\xbc\xaf"];
 const HTML: &[&[u8]] = &[b"<!DOCTYPE html", b"<!doctype html", b"<html"];
 
+// Comments of Blender, CAD programs, MeshLab, Open3D and VTK stand first, but not "# vtk".
+const OBJ: &[&[u8]] =
+    &[b"v ", b"o ", b"mtllib", b"# B", b"# E", b"# O", b"# W", b"# w", b"#\n", b"##"];
 const IMAGES: &[&[u8]] = &[b"NRRD0", b"ObjectType = Image", b"\x5c\x01\0\0", b"\0\0\x01\x5c"];
 
 const FORMATS: [Foreign; 21] = [
@@ -33,7 +36,7 @@ const FORMATS: [Foreign; 21] = [
     (NASTRAN, &[b"BEGIN BULK", b"GRID "], "Nastran bulk data", BY_MESHIO),
     (&[b"MeshVersionFormatted"], &[], "MEDIT (.mesh)", BY_MESHIO),
     (&[b"ply\n", b"ply\r"], &[], "PLY", AS_STL),
-    (&[b"v ", b"o ", b"mtllib", b"# Blender"], &[b"v "], "OBJ", AS_STL),
+    (OBJ, &[b"\nv "], "OBJ", AS_STL),
     (&[b"\x89HDF"], &[], "HDF5 (MED, CGNS or the data of XDMF)", BY_MESHIO),
     (&[b"CDF\x01", b"CDF\x02"], &[], "Exodus", BY_MESHIO),
     (&[b"-1"], &[b"2411", b"2420"], "I-DEAS universal (.unv)", "save it as .msh"),

@@ -214,6 +214,7 @@ fn formats_that_are_not_read_are_named_with_the_way_out() {
         ("MeshVersionFormatted 2\nDimension 3\n".into(), "MEDIT"),
         ("ply\nformat ascii 1.0\n".into(), "PLY"),
         ("mtllib a.mtl\no a\nv 0 0 0\nv 1 0 0\n".into(), "OBJ"),
+        ("# wavefront obj file written by the visualization toolkit\n\nv 0 0 0\n".into(), "OBJ"),
         ("mesh3d\ndimension\n3\nvolumeelements\n0\n".into(), "Netgen"),
     ] {
         let error = parse("test", text.as_bytes()).unwrap_err().to_string();
