@@ -172,7 +172,10 @@ impl Case {
         }
         let text = std::fs::read_to_string(path).map_err(|why| {
             let known = crate::scenes::SCENES.iter().map(|scene| scene.name);
-            let advice = advise(&file, known, "built-in scenes");
+            let advice = match why.kind() {
+                std::io::ErrorKind::InvalidData => "; save it as text in UTF-8".into(),
+                _ => advise(&file, known, "built-in scenes"),
+            };
             error(format!("the case file cannot be read: {why}{advice}"))
         })?;
         Ok(Self::parse(&text, &file)?.beside_its_file())
@@ -406,11 +409,11 @@ impl Case {
         }
     }
 
-    /// Warnings about a case that can be solved: fibres of opposite sign or by angles in radians, sizes and stiffnesses outside those of
+    /// Warnings about a case that can be solved: fibres of opposite sign, by angles in radians or that the law does not read, loads of zero, sizes and stiffnesses outside those of
     /// tissue, parts that touch or overlap without common nodes, supports that hold every node, no load, parameters that change nothing. `body` is the lowered case.
     pub fn warnings(&self, body: &Body) -> Vec<String> {
         let fibres = self.fibres.iter().flat_map(|fibres| fibres.warnings(body));
-        fibres.chain(self.doubts(body)).collect()
+        fibres.chain(self.without_effect()).chain(self.doubts(body)).collect()
     }
 
     /// Names of the parameters that loads read, each once, as they come.

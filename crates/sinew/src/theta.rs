@@ -257,6 +257,9 @@ pub fn read_rows(path: &Path, parameters: &[Parameter]) -> Result<Vec<TableRow>,
             None if matches!(names[0], "" | "case") => {
                 "; leave the first column out (in pandas: to_csv with index=False)"
             }
+            None if reason.contains("; parameters: ") => {
+                "; name them alone in the first line, by commas, each with its unit as in `p [mmHg]`"
+            }
             None => "",
         };
         error(first, reason + advice)

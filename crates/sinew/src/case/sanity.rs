@@ -18,6 +18,9 @@ const SIZES: [f64; 2] = [1.0, 1e3];
 /// Smallest and largest shear modulus [kPa]: an embryo's tissue has 0.1, a tendon 1e5 at most.
 const STIFFNESSES: [f64; 2] = [0.01, 1e5];
 
+/// Bulk modulus \[times ⅔ of the shear modulus\] below which Poisson's ratio is negative, but for rounding errors.
+const LEAST_BULK: f64 = 1.0 - 1e-9;
+
 /// Largest displacement \[relative to the size of the body\] below which the body counts as at rest.
 const LEAST_MOTION: f64 = 1e-6;
 
@@ -63,6 +66,28 @@ fn contacts(mesh: &AnyMesh) -> impl Iterator<Item = String> {
 }
 
 impl Case {
+    /// Warnings about fibres that the law does not read, and about loads and springs of zero.
+    pub(super) fn without_effect(&self) -> impl Iterator<Item = String> {
+        let law = self.law.row(&self.source).ok().filter(|law| law.directions == 0);
+        let unread = law.filter(|_| self.fibres.is_some()).map(|law| {
+            let reason = format!(
+                "`{}` is isotropic and reads none; remove [fibres], or take a law along fibres",
+                law.name
+            );
+            self.source.error(&["fibres"], reason).to_string()
+        });
+        let is_zero = |load: &super::Load| {
+            let vector = load.body_force.or(load.traction).map(|vector| vector.0);
+            let springs = load.foundation.map(|springs| [springs.normal, springs.tangential]);
+            vector == Some([0.0; 3]) || springs == Some([0.0; 2])
+        };
+        let idle = self.loads.iter().enumerate().filter(move |(_, load)| is_zero(load));
+        unread.into_iter().chain(idle.map(|(number, _)| {
+            let reason = "it is zero and does nothing; give another value, or remove it";
+            self.source.error(&["loads", &number.to_string()], reason.into()).to_string()
+        }))
+    }
+
     /// Warnings about units, supports, loads and parameters.
     pub(super) fn doubts(&self, body: &Body) -> Vec<String> {
         let size = size(body);
@@ -76,7 +101,17 @@ impl Case {
             );
             warnings.push(key(&["mesh"], reason));
         }
-        if let Some(stiffness) = unlikely_stiffness(body) {
+        let moduli = [moduli(body, 0), moduli(body, 1)];
+        if let Some([shear, bulk]) =
+            moduli.into_iter().find(|[shear, bulk]| 1.5 * bulk < LEAST_BULK * shear)
+        {
+            let [shear, bulk] = [shear, bulk].map(rounded);
+            let reason = format!(
+                "the bulk modulus at rest is {bulk} kPa and the shear modulus {shear} kPa, so that the body grows thicker where it is pulled; if the first is in another unit, give it in kPa"
+            );
+            warnings.push(key(&["law", "bulk_modulus"], reason));
+        }
+        if let Some(stiffness) = unlikely_stiffness(moduli) {
             let (stiffness, [least, most]) = (rounded(stiffness), STIFFNESSES);
             let reason = format!(
                 "the shear modulus at rest is {stiffness} kPa within the ranges, and tissue is between {least} and {most} kPa; if they are in \
@@ -253,16 +288,18 @@ fn size(body: &Body) -> f64 {
     sinew_mesh::extents(&body.positions).into_iter().fold(0.0, f64::max)
 }
 
+/// Moduli of shear and of volume at rest, at one end of all ranges.
+fn moduli(body: &Body, end: usize) -> [f64; 2] {
+    let theta: Vec<f64> = body.parameters.iter().map(|p| p.range[end]).collect();
+    let response = body.material.response(0, body.law_parameters(&theta), &Mat3::ZERO);
+    // Means of ∂P_ij/∂H_ij over i ≠ j, and of ∂P_ii/∂H_jj.
+    let shear = (0..9).filter(|row| row % 4 != 0).map(|row| response.tangent[row][row]);
+    let volume = [0, 4, 8].map(|i| [0, 4, 8].map(|j| response.tangent[i][j]));
+    [shear.sum::<f64>() / 6.0, volume.as_flattened().iter().sum::<f64>() / 9.0]
+}
+
 /// The shear modulus at the lower or upper ends of all ranges, where no tissue has it.
-fn unlikely_stiffness(body: &Body) -> Option<f64> {
-    let modulus = |end: usize| {
-        let theta: Vec<f64> = body.parameters.iter().map(|p| p.range[end]).collect();
-        let response = body.material.response(0, body.law_parameters(&theta), &Mat3::ZERO);
-        // Mean of ∂P_ij/∂H_ij over i ≠ j.
-        let shear = (0..9).filter(|row| row % 4 != 0).map(|row| response.tangent[row][row]);
-        shear.sum::<f64>() / 6.0
-    };
-    let [low, high] = [modulus(0), modulus(1)];
+fn unlikely_stiffness([[low, _], [high, _]]: [[f64; 2]; 2]) -> Option<f64> {
     let unlikely = |value: &f64| value.is_finite() && *value > 0.0;
     [(low < STIFFNESSES[0]).then_some(low), (high > STIFFNESSES[1]).then_some(high)]
         .into_iter()

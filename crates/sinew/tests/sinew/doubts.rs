@@ -63,6 +63,55 @@ fn loads_and_parameters_without_effect_are_warned_of() {
 }
 
 #[test]
+fn fibres_and_loads_that_do_nothing_are_warned_of() {
+    let case = |more: &str| {
+        let text = format!(
+            "law = \"neo-hookean-young\"\nmesh.box = {{ extent = [30.0, 6.0, 6.0], cells = [4, 1, 1] }}\n\
+             parameters = {{ E = [8.0, 16.0], nu = [0.2, 0.4] }}\nsupports = [{{ clamped = \"x_min\" }}]\n\
+             loads = [{{ body_force = [0.0, 0.0, -9.8e-3] }}{more}"
+        );
+        let case = Case::parse(&text, "bar.toml").unwrap();
+        case.warnings(&case.body().unwrap())
+    };
+    assert!(case("]").is_empty());
+    let springs = ", { foundation = { normal = 0.0, tangential = 1.0 }, facets = \"x_max\" }";
+    assert!(case(&format!("{springs}]")).is_empty());
+    let zero = [
+        &springs.replace("1.0", "0.0"),
+        ", { body_force = [0.0, 0.0, 0.0] }",
+        ", { traction = [0.0, 0.0, 0.0], facets = \"x_max\" }",
+    ];
+    for load in zero {
+        let found = case(&format!("{load}]"));
+        assert!(found.len() == 1 && found[0].contains("line 5, loads.1: it is zero"), "{found:?}");
+    }
+    for fibres in ["direction = [1.0, 0.0, 0.0]", "field = \"fibre\""] {
+        let found = case(&format!("]\nfibres.{fibres}"));
+        let [told] = &found[..] else { panic!("{found:?}") };
+        let words = ["line 6, fibres", "`neo-hookean-young` is isotropic", "remove [fibres]"];
+        assert!(words.iter().all(|word| told.contains(word)), "{told}");
+    }
+}
+
+#[test]
+fn a_bulk_modulus_in_megapascals_is_warned_of() {
+    let case = |modulus: &str| {
+        let text = format!(
+            "law = {{ name = \"neo-hookean-isochoric\", bulk_modulus = {modulus} }}\n\
+             mesh.box = {{ extent = [30.0, 6.0, 6.0], cells = [1, 1, 1] }}\nparameters.mu = [1.0, 4.0]\n\
+             supports = [{{ clamped = \"x_min\" }}]\nloads = [{{ body_force = [0.0, 0.0, -9.8e-3] }}]"
+        );
+        let case = Case::parse(&text, "bar.toml").unwrap();
+        case.warnings(&case.body().unwrap())
+    };
+    // Poisson's ratio (3 κ − 2 μ)/(6 κ + 2 μ) is negative from κ = ⅔ μ = 2.67 kPa downwards.
+    assert!(case("2.7").is_empty());
+    let found = case("2.6");
+    let words = ["line 1, law.bulk_modulus", "2.6 kPa", "shear modulus 4 kPa", "in kPa"];
+    assert!(found.len() == 1 && words.iter().all(|word| found[0].contains(word)), "{found:?}");
+}
+
+#[test]
 fn no_load_is_told_by_every_command() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

@@ -2,6 +2,7 @@
 
 use crate::case_files::{blocks, refusal};
 use sinew::Case;
+use sinew_mesh::TriangleMesh;
 
 /// The case of the page that chooses its sets by place, with one of its lines replaced.
 fn selected(from: &str, to: &str) -> String {
@@ -96,6 +97,24 @@ fn selections_that_choose_nothing_are_told_with_the_distance() {
     assert!(error.contains("loads.0.facets") && error.contains("1 nodes but no facet"), "{error}");
 }
 
+/// A surface as STL text.
+fn stl(surface: &TriangleMesh) -> String {
+    let vertex = |[x, y, z]: [f64; 3]| format!("vertex {x} {y} {z}\n");
+    let facet = |cell: &[usize; 3]| {
+        let corners = cell.map(|node| vertex(surface.points[node])).concat();
+        format!("facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet\n")
+    };
+    let facets: String = surface.cells.iter().map(facet).collect();
+    format!("solid surface\n{facets}endsolid surface\n")
+}
+
+/// A surface as VTP: a VTU file whose cells are named polygons.
+fn vtp(surface: &TriangleMesh) -> String {
+    let vtu = String::from_utf8(sinew_mesh::to_vtu(surface).unwrap()).unwrap();
+    let vtu = vtu.replace("UnstructuredGrid", "PolyData").replace("Cells>", "Polys>");
+    vtu.replace("NumberOfCells", "NumberOfPolys")
+}
+
 #[test]
 fn files_are_read_by_place_surface_and_format() {
     let folder = tempfile::tempdir().unwrap();
@@ -103,8 +122,8 @@ fn files_are_read_by_place_surface_and_format() {
     let wall = sinew_mesh::TruncatedEllipsoid::LAND.wall([1, 16, 8]).tetrahedra();
     let surface = |set: &str| sinew_mesh::extract_surface(&wall, &wall.facet_sets[set]);
     let [inner, outer] = ["endo", "epi"].map(surface);
-    std::fs::write(path("inner.stl"), sinew_mesh::to_stl(&inner).unwrap()).unwrap();
-    std::fs::write(path("outer.vtp"), sinew_mesh::to_vtp(&outer).unwrap()).unwrap();
+    std::fs::write(path("inner.stl"), stl(&inner)).unwrap();
+    std::fs::write(path("outer.vtp"), vtp(&outer)).unwrap();
     let mut bare = wall.clone();
     bare.node_sets.clear();
     bare.facet_sets.clear();
@@ -139,7 +158,7 @@ fn files_are_read_by_place_surface_and_format() {
     );
     assert!(error.contains("16 edges of its rim") && error.contains("fTetWild"), "{error}");
     let closed = sinew_mesh::extract_surface(&wall, &sinew_mesh::boundary_facets(&wall));
-    std::fs::write(path("closed.vtp"), sinew_mesh::to_vtp(&closed).unwrap()).unwrap();
+    std::fs::write(path("closed.vtp"), vtp(&closed)).unwrap();
     let error = case("closed.vtp", "").unwrap_err().to_string();
     assert!(error.contains("a surface of") && error.contains("TetGen"), "{error}");
 }

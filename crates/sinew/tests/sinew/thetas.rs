@@ -38,13 +38,15 @@ fn mistakes_in_tables_are_told_with_file_line_and_remedy() {
     let parameters = Case::parse(PLATE, "plate.toml").unwrap().body().unwrap().parameters.clone();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("thetas.csv");
-    let attempts: [(&[u8], &[&str]); 18] = [
+    let attempts: [(&[u8], &[&str]); 20] = [
         (b",mu,lambda,p\n0,9,9,2\n", &["line 1", "leave the first column out", "index=False"]),
         (b"case,mu,lambda,p\n0,9,9,2\n", &["line 1", "`case`", "leave the first column out"]),
         (b"", &["line 1", "empty", "mu,lambda,p"]),
         (b"mu,lambda,p\n", &["line 1", "add a row"]),
         (b"9,9,2\n", &["line 1", "`9` is not a parameter", "mu, lambda, p"]),
         (b"mu,lambda,pressure\n9,9,2\n", &["line 1", "`pressure`", "mu, lambda, p"]),
+        (b"sep=,\nmu,lambda,p\n9,9,2\n", &["line 1", "`sep=`", "alone in the first line"]),
+        (b"mu (kPa),lambda,p\n9,9,2\n", &["line 1", "`mu (kPa)`", "as in `p [mmHg]`"]),
         (b"mu,lambda\n9,9\n", &["line 1", "p (from 1 to 4 mmHg) is missing"]),
         (b"mu,mu,lambda,p\n9,9,9,2\n", &["line 1", "`mu` is there twice", "keep one"]),
         (b"mu,lambda,p [bar]\n9,9,2\n", &["line 1", "column `p`", "`bar`", "kPa, mmHg"]),
