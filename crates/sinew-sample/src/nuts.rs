@@ -40,8 +40,8 @@ const HALVINGS: usize = 20;
 ///
 /// # Errors
 /// A density that is not finite at the mode.
-pub fn nuts<D: LogDensity>(
-    density: &D,
+pub fn nuts(
+    density: &dyn LogDensity,
     about: &Laplace,
     options: &NutsOptions,
 ) -> Result<Chains, SampleError> {
@@ -53,8 +53,8 @@ pub fn nuts<D: LogDensity>(
 ///
 /// # Errors
 /// A density that is not finite at a start; a `told` that breaks.
-pub fn nuts_from<D: LogDensity>(
-    density: &D,
+pub fn nuts_from(
+    density: &dyn LogDensity,
     about: &Laplace,
     starts: &[Vec<f64>],
     options: &NutsOptions,
@@ -71,8 +71,8 @@ pub fn nuts_from<D: LogDensity>(
     Ok(Chains { draws })
 }
 
-fn chain<D: LogDensity>(
-    mut whitened: Whitened<D>,
+fn chain(
+    mut whitened: Whitened,
     number: usize,
     seed: u64,
     options: &NutsOptions,
@@ -111,13 +111,13 @@ fn chain<D: LogDensity>(
 }
 
 /// A density in whitened coordinates.
-struct Whitened<'a, D> {
-    density: &'a D,
+struct Whitened<'a> {
+    density: &'a dyn LogDensity,
     about: &'a Laplace,
     gradient: Vec<f64>,
 }
 
-impl<D: LogDensity> Whitened<'_, D> {
+impl Whitened<'_> {
     /// The nearest of z, z/2, z/4, … to start from.
     fn start(&mut self, mut z: Vec<f64>) -> Option<Vec<f64>> {
         let mut gradient = vec![0.0; z.len()];
@@ -142,13 +142,13 @@ impl LogpError for Outside {
     }
 }
 
-impl<D> HasDims for Whitened<'_, D> {
+impl HasDims for Whitened<'_> {
     fn dim_sizes(&self) -> HashMap<String, u64> {
         HashMap::from([("unconstrained_parameter".into(), self.about.dimension() as u64)])
     }
 }
 
-impl<D: LogDensity> CpuLogpFunc for Whitened<'_, D> {
+impl CpuLogpFunc for Whitened<'_> {
     type LogpError = Outside;
     type FlowParameters = ();
     type ExpandedVector = Vec<f64>;

@@ -8,6 +8,10 @@ use crate::common::*;
 use burn::tensor::Tensor;
 use sinew_gnn::*;
 
+/// Steps of a training, and between two evaluations.
+const STEPS: usize = 60;
+const BETWEEN: usize = 3;
+
 /// Message passing is trained in a share of the steps, then embeddings or, with a frozen encoder, decoders alone.
 fn config((embedding_share, frozen_encoder): (f64, bool)) -> TrainingConfig {
     TrainingConfig {
@@ -15,9 +19,9 @@ fn config((embedding_share, frozen_encoder): (f64, bool)) -> TrainingConfig {
         learning_rate: 1e-2,
         embedding_share,
         frozen_encoder,
-        budget: TrainingBudget::Steps(120),
+        budget: TrainingBudget::Steps(STEPS),
         batch: 3,
-        evaluations: 40,
+        evaluations: STEPS / BETWEEN,
         ..TrainingConfig::default()
     }
 }
@@ -37,7 +41,7 @@ fn resumed(place: &Path, data: &DataSet) -> Trainer {
 fn learn(place: &Path, data: &DataSet, encoder: (f64, bool)) {
     let mut first = trainer(data, config(encoder));
     first.checkpoints = Some(place.into());
-    first.run(&mut Judge::until(60, data)).unwrap();
+    first.run(&mut Judge::until(STEPS / 2, data)).unwrap();
 }
 
 /// A training that goes on from a checkpoint with steps of a size that no network bears. Its embeddings come to rest before or after
@@ -143,11 +147,13 @@ fn a_run_that_returned_to_its_best_weights_resumes_bit_for_bit() {
         let mut whole = Judge::until(usize::MAX, &data);
         let expected = uninterrupted.run(&mut whole).unwrap();
         assert!(expected.returns > 0);
-        for stop in [63, 67, 80, 110] {
+        let half = STEPS / 2;
+        for stop in [half + BETWEEN, half + BETWEEN + 1, STEPS - BETWEEN - 1] {
             let place = place(&stop.to_string());
             copy(&learned, &place);
             let mut first = Judge::until(stop, &data);
-            reckless(&place, &data).run(&mut first).unwrap();
+            let returns = reckless(&place, &data).run(&mut first).unwrap().returns;
+            assert!(returns > 0 || stop < STEPS - 2 * BETWEEN, "the last one is after a return");
             let mut rest = resumed(&place, &data);
             let mut second = Judge::until(usize::MAX, &data);
             let report = rest.run(&mut second).unwrap();
@@ -195,7 +201,7 @@ fn a_step_that_is_not_finite_goes_back_to_the_best_weights() {
         trainer.run(&mut Judge::until(usize::MAX, &held_out))
     };
     let report = run(|call| call == 10).unwrap();
-    assert_eq!((report.steps, report.returns), (120, 1));
+    assert_eq!((report.steps, report.returns), (STEPS, 1));
     // Before the first evaluation there is nothing to go back to, and what fails for ever ends.
     for (fails, at) in [((|call| call == 2) as fn(usize) -> bool, 2), (|call| call >= 10, 10)] {
         let failed = run(fails).unwrap_err();

@@ -55,23 +55,28 @@ pub(crate) fn tanh(z: f64) -> [f64; 4] {
 }
 
 fn activate(z: &Layer) -> Layer {
-    z.map(|[z, slope, bend]| {
-        let [t, first, second, _] = tanh(z);
-        [t, first * slope, second * slope * slope + first * bend]
-    })
+    let mut after = *z;
+    for [z, slope, bend] in &mut after {
+        let [t, first, second, _] = tanh(*z);
+        (*z, *bend) = (t, second * *slope * *slope + first * *bend);
+        *slope *= first;
+    }
+    after
 }
 
 /// Adjoint of [`activate`].
 fn activate_back(z: &Layer, adjoint: &Layer) -> Layer {
-    std::array::from_fn(|unit| {
+    let mut before = *adjoint;
+    for unit in 0..WIDTH {
         let ([z, slope, bend], [a, b, c]) = (z[unit], adjoint[unit]);
         let [_, first, second, third] = tanh(z);
-        [
+        before[unit] = [
             a * first + b * second * slope + c * (third * slope * slope + second * bend),
             b * first + 2.0 * c * second * slope,
             c * first,
-        ]
-    })
+        ];
+    }
+    before
 }
 
 /// Adds a multiple.
@@ -84,18 +89,19 @@ fn add([value, slope, bend]: &mut Jet, factor: f64, jet: &Jet) {
 /// The network at x.
 pub(crate) fn forward(weights: &[f64], x: f64) -> Trace {
     let input = STRETCH * x - 1.0;
-    let first: Layer = std::array::from_fn(|unit| {
-        [weights[unit] * input + weights[FIRST_BIAS + unit], weights[unit] * STRETCH, 0.0]
-    });
+    let [mut first, mut second]: [Layer; 2] = [[[0.0; 3]; WIDTH]; 2];
+    for unit in 0..WIDTH {
+        first[unit] =
+            [weights[unit] * input + weights[FIRST_BIAS + unit], weights[unit] * STRETCH, 0.0];
+    }
     let hidden = activate(&first);
-    let second: Layer = std::array::from_fn(|unit| {
+    for unit in 0..WIDTH {
         let row = &weights[MATRIX + WIDTH * unit..][..WIDTH];
-        let mut sum = [weights[SECOND_BIAS + unit], 0.0, 0.0];
-        for (w, jet) in row.iter().zip(&hidden) {
-            add(&mut sum, *w, jet);
+        second[unit][0] = weights[SECOND_BIAS + unit];
+        for k in 0..WIDTH {
+            add(&mut second[unit], row[k], &hidden[k]);
         }
-        sum
-    });
+    }
     let last = activate(&second);
     let mut output = [weights[WEIGHTS - 1], 0.0, 0.0];
     for (w, jet) in weights[OUTPUT..].iter().zip(&last) {

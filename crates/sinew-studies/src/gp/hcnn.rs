@@ -149,10 +149,12 @@ impl Network {
             if loss < SMALL || damping > MOST_DAMPING {
                 break;
             }
-            let count = self.weights.len();
-            let normal = jacobian.tr_mul(&jacobian) + DMatrix::identity(count, count) * damping;
+            // (JᵀJ + λI)⁻¹ Jᵀ r = Jᵀ (JJᵀ + λI)⁻¹ r: there are fewer points than weights.
+            let count = residual.len();
+            let normal =
+                &jacobian * jacobian.transpose() + DMatrix::identity(count, count) * damping;
             let Some(factor) = normal.cholesky() else { break };
-            let step = factor.solve(&jacobian.tr_mul(&residual));
+            let step = jacobian.tr_mul(&factor.solve(&residual));
             let before = self.weights.clone();
             self.weights.iter_mut().zip(step.iter()).for_each(|(w, step)| *w -= step);
             let (next, slopes) = self.misfit(places, load);
