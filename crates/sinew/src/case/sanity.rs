@@ -18,9 +18,6 @@ const SIZES: [f64; 2] = [1.0, 1e3];
 /// Smallest and largest shear modulus [kPa]: an embryo's tissue has 0.1, a tendon 1e5 at most.
 const STIFFNESSES: [f64; 2] = [0.01, 1e5];
 
-/// Bulk modulus \[times ⅔ of the shear modulus\] below which Poisson's ratio is negative, but for rounding errors.
-const LEAST_BULK: f64 = 1.0 - 1e-9;
-
 /// Largest displacement \[relative to the size of the body\] below which the body counts as at rest.
 const LEAST_MOTION: f64 = 1e-6;
 
@@ -69,10 +66,10 @@ impl Case {
     /// Warnings about fibres that the law does not read, and about loads and springs of zero.
     pub(super) fn without_effect(&self) -> impl Iterator<Item = String> {
         let law = self.law.row(&self.source).ok().filter(|law| law.directions == 0);
-        let unread = law.filter(|_| self.fibres.is_some()).map(|law| {
+        let unread = law.zip(self.fibres.as_ref()).map(|(law, _)| {
+            let name = law.name;
             let reason = format!(
-                "`{}` is isotropic and reads none; remove [fibres], or take a law along fibres",
-                law.name
+                "`{name}` is isotropic and reads none; remove [fibres], or take a law along fibres"
             );
             self.source.error(&["fibres"], reason).to_string()
         });
@@ -102,17 +99,20 @@ impl Case {
             warnings.push(key(&["mesh"], reason));
         }
         let moduli = [moduli(body, 0), moduli(body, 1)];
-        if let Some([shear, bulk]) =
-            moduli.into_iter().find(|[shear, bulk]| 1.5 * bulk < LEAST_BULK * shear)
-        {
-            let [shear, bulk] = [shear, bulk].map(rounded);
+        // Poisson's ratio is negative.
+        let swells = |[shear, bulk]: &[f64; 2]| 1.5 * bulk < (1.0 - NO_CHANGE) * shear;
+        if let Some(moduli) = moduli.into_iter().find(swells) {
+            let [shear, bulk] = moduli.map(rounded);
             let reason = format!(
                 "the bulk modulus at rest is {bulk} kPa and the shear modulus {shear} kPa, so that the body grows thicker where it is pulled; if the first is in another unit, give it in kPa"
             );
             warnings.push(key(&["law", "bulk_modulus"], reason));
         }
-        if let Some(stiffness) = unlikely_stiffness(moduli) {
-            let (stiffness, [least, most]) = (rounded(stiffness), STIFFNESSES);
+        let [least, most] = STIFFNESSES;
+        let unlikely =
+            |shear: &f64| *shear > 0.0 && shear.is_finite() && !(least..=most).contains(shear);
+        if let Some(stiffness) = moduli.map(|[shear, _]| shear).into_iter().find(unlikely) {
+            let stiffness = rounded(stiffness);
             let reason = format!(
                 "the shear modulus at rest is {stiffness} kPa within the ranges, and tissue is between {least} and {most} kPa; if they are in \
                  another unit, say so: {{ range = […], unit = \"Pa\" }}"
@@ -296,15 +296,6 @@ fn moduli(body: &Body, end: usize) -> [f64; 2] {
     let shear = (0..9).filter(|row| row % 4 != 0).map(|row| response.tangent[row][row]);
     let volume = [0, 4, 8].map(|i| [0, 4, 8].map(|j| response.tangent[i][j]));
     [shear.sum::<f64>() / 6.0, volume.as_flattened().iter().sum::<f64>() / 9.0]
-}
-
-/// The shear modulus at the lower or upper ends of all ranges, where no tissue has it.
-fn unlikely_stiffness([[low, _], [high, _]]: [[f64; 2]; 2]) -> Option<f64> {
-    let unlikely = |value: &f64| value.is_finite() && *value > 0.0;
-    [(low < STIFFNESSES[0]).then_some(low), (high > STIFFNESSES[1]).then_some(high)]
-        .into_iter()
-        .flatten()
-        .find(unlikely)
 }
 
 fn rounded(value: f64) -> String {

@@ -6,6 +6,7 @@ use nalgebra::{Unit, Vector3};
 use serde::Deserialize;
 use sinew_energy::Prescribed;
 use sinew_mesh::AnyMesh;
+use sinew_num::ascending;
 use std::collections::BTreeSet;
 
 /// A support: `clamped = "SET"`, or `nodes = "SET"` with how they are held.
@@ -142,8 +143,8 @@ pub(super) fn add_node_set(mesh: &mut AnyMesh, name: &str) -> Result<(), String>
         let empty = || format!("the set `{name}` is empty: its nodes belong to no cell");
         return if set.is_empty() { Err(empty()) } else { Ok(()) };
     }
-    let mut nodes: Vec<usize> = if let Some(facets) = mesh.facet_sets().get(name) {
-        facets.iter().flat_map(|&facet| mesh.nodes_of_facet(facet)).collect()
+    let nodes = if let Some(facets) = mesh.facet_sets().get(name) {
+        ascending(facets.iter().flat_map(|&facet| mesh.nodes_of_facet(facet)))
     } else if mesh.point_fields().contains_key(name) {
         mesh.nodes_where_nonzero(name).map_err(|error| error.to_string())?
     } else {
@@ -158,8 +159,6 @@ pub(super) fn add_node_set(mesh: &mut AnyMesh, name: &str) -> Result<(), String>
     if nodes.is_empty() {
         return Err(format!("`{name}` marks no node"));
     }
-    nodes.sort_unstable();
-    nodes.dedup();
     mesh.node_sets_mut().insert(name.into(), nodes);
     Ok(())
 }
@@ -196,8 +195,8 @@ pub(super) fn check_one_kind(mesh: &AnyMesh, name: &str) -> Result<(), String> {
 /// Makes a node set of a set or label of cells, if there is one.
 fn add_nodes_of_cells(mesh: &mut AnyMesh, name: &str) -> Option<()> {
     let (cells, each) = (mesh.cells_of(name)?, mesh.element().nodes.len());
-    let nodes = cells.iter().flat_map(|cell| &mesh.cells()[cell * each..][..each]).copied();
-    let nodes: BTreeSet<usize> = nodes.collect();
-    mesh.node_sets_mut().insert(name.into(), nodes.into_iter().collect());
+    let nodes = cells.iter().flat_map(|cell| &mesh.cells()[cell * each..][..each]);
+    let nodes = ascending(nodes.copied());
+    mesh.node_sets_mut().insert(name.into(), nodes);
     Some(())
 }
