@@ -46,12 +46,19 @@ fn ventricle(numbers: &[f64]) -> Body {
 const UNSEEN: [[f64; 7]; 2] =
     [[1.2, -0.4, -0.8, 0.5, -0.7, 0.9, 0.3], [-1.0, 0.8, 0.6, -0.9, 0.4, -0.5, 0.7]];
 
+fn equilibrium(body: &Body, theta: &[f64]) -> Vec<f64> {
+    Solver::new(body).unwrap().solve(theta, &Options::default()).unwrap().displacement
+}
+
 /// Mean nodal distance from the equilibrium, relative to the mean nodal displacement.
+fn error(truth: &[f64], displacement: &[f64]) -> f64 {
+    let sum = |other: &[f64]| displacement_error(truth, other).iter().sum::<f64>();
+    sum(displacement) / sum(&vec![0.0; truth.len()])
+}
+
+/// [`error`] beside a solve.
 fn true_error(body: &Body, theta: &[f64], displacement: &[f64]) -> f64 {
-    let options = Options::default();
-    let truth = Solver::new(body).unwrap().solve(theta, &options).unwrap().displacement;
-    let sum = |a: &[f64], b: &[f64]| displacement_error(a, b).iter().sum::<f64>();
-    sum(&truth, displacement) / sum(&truth, &vec![0.0; truth.len()])
+    error(&equilibrium(body, theta), displacement)
 }
 
 /// A ventricle that springs hold, base and all, under a pressure on its wall and on the lid over its base.
@@ -83,18 +90,17 @@ fn answers_of_a_cavity_whose_lid_moves_are_within_their_tolerance() {
 fn within_tolerance(body: &Body, count: usize, least: usize) {
     let thetas = Design::LatinHypercube.sample(&body.parameters, count, 3).unwrap();
     let expansion = Emulator::taylor(body, 1).unwrap();
-    let raw = |theta: &Vec<f64>| {
-        let predicted = expansion.predict(std::slice::from_ref(theta)).unwrap().displacement;
-        true_error(body, theta, &predicted)
-    };
-    let far = thetas.iter().map(raw).filter(|error| *error > 1e-2).count();
+    let truths: Vec<_> = thetas.iter().map(|theta| equilibrium(body, theta)).collect();
+    let raw = expansion.predict(&thetas).unwrap();
+    let raw = truths.iter().enumerate().map(|(case, truth)| error(truth, raw.field(case)));
+    let far = raw.filter(|error| *error > 1e-2).count();
     assert!(far >= least, "only {far} of {count} predictions need steps");
     for accuracy in [1e-2, 1e-4, 1e-8] {
         let found = Answers::to(body, &thetas, accuracy, Some(&expansion), &mut ()).unwrap();
         assert_eq!(found.answers.len(), thetas.len());
-        for (theta, answer) in thetas.iter().zip(&found.answers) {
+        for ((theta, truth), answer) in thetas.iter().zip(&truths).zip(&found.answers) {
             let answer = answer.as_ref().unwrap();
-            let error = true_error(body, theta, &answer.displacement);
+            let error = error(truth, &answer.displacement);
             // Two solves of one equilibrium differ by rounding errors.
             assert!(
                 answer.is_within(accuracy) && error <= accuracy + 1e-10,
@@ -226,12 +232,9 @@ fn an_unseen_ventricle_is_answered_from_the_stiffness_of_another() {
         for accuracy in [1e-2, 1e-3, 1e-4] {
             let found = Answers::to(&body, &thetas, accuracy, Some(&emulator), &mut ()).unwrap();
             let answers: Vec<Answer> = found.answers.into_iter().map(Result::unwrap).collect();
-            let error = |(answer, truth): (&Answer, &sinew_fem::Solution)| {
-                let sum = |a: &[f64], b: &[f64]| displacement_error(a, b).iter().sum::<f64>();
-                let rest = vec![0.0; truth.displacement.len()];
-                sum(&truth.displacement, &answer.displacement) / sum(&truth.displacement, &rest)
-            };
-            let largest = answers.iter().zip(&truths).map(error).fold(0.0, f64::max);
+            let errors = answers.iter().zip(&truths);
+            let errors = errors.map(|(a, truth)| error(&truth.displacement, &a.displacement));
+            let largest = errors.fold(0.0, f64::max);
             assert!(answers.iter().all(|answer| answer.is_within(accuracy)));
             assert!(largest <= accuracy, "{largest:e} for {accuracy:e}");
             let steps: usize = answers.iter().map(|answer| answer.steps).sum();
@@ -335,12 +338,24 @@ impl Predictor for Wrong {
     }
 }
 
-/// Newton steps of a few single answers by an emulator, each beside those of a solve from rest.
-fn single<'b>(body: &'b Body, emulator: Option<&Emulator<'b>>, own: f64, told: &str) -> [f64; 2] {
+/// A few parameter sets with the Newton steps of their solves from rest.
+fn solved_from_rest(body: &Body) -> Vec<(Vec<f64>, f64)> {
     let thetas = Design::LatinHypercube.sample(&body.parameters, 8, 11).unwrap();
-    let (mut solver, mut sums, mut over) = (Solver::new(body).unwrap(), [0.0; 2], 0);
-    for theta in &thetas {
-        let solved = solver.solve(theta, &Options::default()).unwrap().iterations() as f64;
+    let mut solver = Solver::new(body).unwrap();
+    let mut steps =
+        |theta: &[f64]| solver.solve(theta, &Options::default()).unwrap().iterations() as f64;
+    thetas.into_iter().map(|theta| (theta.clone(), steps(&theta))).collect()
+}
+
+/// Newton steps of single answers by an emulator, each beside those of a solve from rest.
+fn single<'b>(
+    (body, solves): (&'b Body, &[(Vec<f64>, f64)]),
+    emulator: Option<&Emulator<'b>>,
+    own: f64,
+    told: &str,
+) -> [f64; 2] {
+    let (mut sums, mut over) = ([0.0; 2], 0);
+    for (theta, solved) in solves {
         for accuracy in [1e-2, 1e-4, 1e-6] {
             let one = std::slice::from_ref(theta);
             let found = Answers::to(body, one, accuracy, emulator, &mut ()).unwrap();
@@ -348,7 +363,7 @@ fn single<'b>(body: &'b Body, emulator: Option<&Emulator<'b>>, own: f64, told: &
             assert!(answer.is_within(accuracy));
             let steps = own + answer.steps as f64;
             // A whole step more where 20 % of a solve are less than one.
-            if steps > (1.2 * solved).ceil() {
+            if steps > (1.2 * *solved).ceil() {
                 println!("{told}, {accuracy:e}: {steps} Newton steps for {solved}");
                 over += 1;
             }
@@ -365,21 +380,24 @@ fn one_set_takes_no_more_newton_steps_than_a_solve() {
     let known = FrozenStiffness::new(&mean).unwrap();
     // 16 quasi-Newton steps, a gradient and a back-substitution each, cost as much as 2.4 Newton steps.
     let emulator = Emulator::frozen_stiffness(&unseen, &known).unwrap();
-    let frozen = single(&unseen, Some(&emulator), 2.4, "frozen stiffness");
+    let [of_bar, of_unseen] = [&bar, &unseen].map(solved_from_rest);
+    let frozen = single((&unseen, &of_unseen), Some(&emulator), 2.4, "frozen stiffness");
     println!("frozen stiffness: {frozen:?}");
     assert!(frozen[0] <= frozen[1]);
-    for body in [&bar, &unseen] {
-        let none = single(body, None, 0.0, "no emulator");
+    for (body, solves) in [(&bar, of_bar), (&unseen, of_unseen)] {
+        let single =
+            |emulator: Option<&_>, told: &str| single((body, &solves), emulator, 0.0, told);
+        let none = single(None, "no emulator");
         assert_eq!(none[0], none[1]);
         let taylor = Emulator::taylor(body, 1).unwrap();
-        let [steps, solved] = single(body, Some(&taylor), 0.0, "expansion");
+        let [steps, solved] = single(Some(&taylor), "expansion");
         println!("expansion: {steps} for {solved}");
         assert!(steps <= 0.6 * solved, "{steps} for {solved}");
         let centre = taylor.predict(&[body.centre()]).unwrap().displacement;
-        for factor in [-1.0, 0.0, 0.3, 0.8, 1.3, 2.0, 10.0] {
+        for factor in [-1.0, 0.0, 0.3, 1.3, 10.0] {
             let wrong = Box::new(Wrong(centre.clone(), factor));
             let emulator = Emulator::new(body, wrong, Record::new("wrong"));
-            let [steps, solved] = single(body, Some(&emulator), 0.0, &format!("{factor} x centre"));
+            let [steps, solved] = single(Some(&emulator), &format!("{factor} x centre"));
             println!("{factor} x centre: {steps} for {solved}");
             assert!(steps <= 1.2 * solved, "{factor}: {steps} Newton steps for {solved}");
         }
@@ -399,9 +417,7 @@ fn many_sets_grow_a_regression_whose_answers_are_truly_within_their_tolerance() 
         let answers: Vec<Answer> = found.answers.into_iter().map(Result::unwrap).collect();
         assert!(answers.iter().all(|answer| answer.is_within(accuracy)));
         let error = |(&place, truth): (&usize, &Result<sinew_fem::Solution, _>)| {
-            let truth = &truth.as_ref().unwrap().displacement;
-            let sum = |other: &[f64]| displacement_error(truth, other).iter().sum::<f64>();
-            sum(&answers[place].displacement) / sum(&vec![0.0; truth.len()])
+            error(&truth.as_ref().unwrap().displacement, &answers[place].displacement)
         };
         let largest = places.iter().zip(&truths).map(error).fold(0.0, f64::max);
         assert!(largest <= accuracy, "{largest:e} for {accuracy:e}");

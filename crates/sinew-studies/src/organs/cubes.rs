@@ -1,7 +1,7 @@
 //! The twisting cube on the thesis' five meshes (Table 3.2): one network goes from the coarsest to the finest.
 
 use crate::organs::options::Options;
-use crate::organs::run::{begin, test_set, train};
+use crate::organs::run::{QUICK, begin, test_set, train};
 use crate::organs::scenes::{CUBES as KEY, MESHES, Mesh};
 use crate::program;
 use crate::program::peak_kb;
@@ -87,7 +87,7 @@ fn outcomes(
     let body = case.body()?;
     eprintln!("\nTwistingCube, {} nodes", count(body.nodes as u64));
     let test = test_set(options, &body, mesh.cases, folder)?;
-    let budget = options.training(mesh.minutes, 10);
+    let budget = options.training(mesh.minutes, QUICK[2]);
     let mut runs = Vec::new();
     if before.is_some() {
         runs.push(("pre-trained", "pre-trained", Budget::Steps(0), before.clone()));

@@ -2,7 +2,7 @@
 
 use crate::hearts::{self, Surfaces};
 use crate::organs::options::Options;
-use crate::organs::run::{CORRECTIONS, begin, case, same, test_set, train};
+use crate::organs::run::{CORRECTIONS, QUICK, begin, case, same, test_set, train};
 use crate::organs::scenes::{NEWCOMER_S, NEWCOMERS as KEY, ORGANS, SHAPES, Shape, Source};
 use crate::program;
 use anyhow::{Context, Result, ensure};
@@ -62,7 +62,7 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
 }
 
 fn budget(options: &Options) -> Budget {
-    options.training(NEWCOMER_S / 60.0, 10)
+    options.training(NEWCOMER_S / 60.0, QUICK[2])
 }
 
 fn meet(

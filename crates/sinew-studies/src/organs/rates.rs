@@ -98,7 +98,7 @@ fn outcome(
     recipe: PhysicsInformed,
     folder: &Path,
 ) -> Result<Outcome> {
-    let budget = options.training(RATE_S / 60.0, 10);
+    let budget = options.training(RATE_S / 60.0, QUICK[2]);
     let trained = train(options, body, &recipe.into(), budget, None, folder);
     let (curve, train_s, failure) = match trained {
         Ok(emulator) => {

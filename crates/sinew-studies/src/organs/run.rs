@@ -16,7 +16,7 @@ pub(crate) const CORRECTIONS: usize = 2;
 /// File of the options that a scene was run with.
 const OPTIONS: &str = "options.json";
 /// Cases, simulations and steps of a quick check.
-pub(super) const QUICK: [usize; 3] = [4, 12, 20];
+pub(super) const QUICK: [usize; 3] = [4, 12, 4];
 /// Cells of a stand-in ventricle and of a cube in a quick check.
 const QUICK_CELLS: [usize; 3] = [1, 16, 6];
 

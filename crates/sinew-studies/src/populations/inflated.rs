@@ -168,7 +168,7 @@ fn study(options: &Options) -> Result<Study> {
     let targets = Targets::relative(&training, Inputs { numbers: 0, coarse: false })?;
     let clock = cpu_seconds();
     let timed = &unseen[..TIMED.min(unseen.len())];
-    let [coarse_s, solver_s] = ventricles.times(timed)?;
+    let [coarse_s, solver_s] = ventricles.times(options.quick, timed)?;
     let simulation_s = (cpu_seconds() - clock) / timed.len() as f64;
     let (training, validation, unseen) = (&training[..], &validation[..], &unseen[..]);
     let compared = Compared {
@@ -285,7 +285,7 @@ fn speed_measured(options: &Options) -> Result<Section> {
     let only =
         found.first().context("the mean ventricle has no equilibrium at all parameters 1")?;
     let one = std::slice::from_ref(only);
-    let [coarse_s, solver_s] = ventricles.times(one)?;
+    let [coarse_s, solver_s] = ventricles.times(options.quick, one)?;
     let compared = Compared {
         options,
         training: one,

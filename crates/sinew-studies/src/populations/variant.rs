@@ -99,7 +99,7 @@ pub(super) fn train(
     let config = TrainingConfig {
         learning_rate: pace.rate,
         batch: pace.batch,
-        budget: TrainingBudget::Steps(if options.quick { 12 } else { pace.steps }),
+        budget: TrainingBudget::Steps(if options.quick { 4 } else { pace.steps }),
         evaluations: if options.quick { 2 } else { 20 },
         embedding_share: pace.embedding_share,
         frozen_encoder: pace.frozen_encoder,

@@ -55,14 +55,14 @@ where
             let body: Body = scene.clone().lower()?;
             Ok(Solver::new(&body).map(drop)?)
         };
-        setup_s = cpu_seconds_of(prepare)?.min(setup_s);
+        setup_s = cpu_seconds_of(false, prepare)?.min(setup_s);
         let body = scene.clone().lower()?;
         let mut solver = Solver::new(&body)?;
         let solve = || {
             found = Some(solver.solve(&THETA, &Options { method, ..Options::default() })?);
             Ok(())
         };
-        solve_s = cpu_seconds_of(solve)?.min(solve_s);
+        solve_s = cpu_seconds_of(false, solve)?.min(solve_s);
     }
     let found = found.context("no solve ran")?;
     let apex = mesh.node_sets["apex_endo"][0];

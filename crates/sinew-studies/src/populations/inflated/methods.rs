@@ -100,13 +100,14 @@ impl Data<'_> {
         surrogate: &Surrogate,
     ) -> Result<[f64; 2]> {
         let (first, told) = (&self.compared.unseen[0], variant.told);
+        let quick = self.compared.options.quick;
         let topology = self.ventricles.graph(variant.virtual_nodes)?;
         let theta = std::slice::from_ref(&first.theta);
         let geometry = first.geometry(&topology, told)?;
         let predict = || Ok(surrogate.predict(&first.geometry(&topology, told)?, theta)?);
-        let varying = cpu_seconds_of(predict)?;
+        let varying = cpu_seconds_of(quick, predict)?;
         let fixed = surrogate.fixed_geometry(&geometry)?;
-        let fixed = cpu_seconds_of(|| Ok(fixed.predict(theta)?))?;
+        let fixed = cpu_seconds_of(quick, || Ok(fixed.predict(theta)?))?;
         Ok([varying, fixed])
     }
 
