@@ -23,5 +23,5 @@ pub(crate) use convex::make_convex;
 pub(crate) use patch::PatchResponse;
 pub(crate) use predicted::{bulk_to_shear, is_nearly_incompressible};
 pub(crate) use pressure_field::Coupling;
-pub(crate) use shares::{PointState, PredictedStress, Task, at_points, third};
+pub(crate) use shares::{PointState, PredictedStress, Task, at_points, mean_stress, third};
 pub(crate) use system::{Followers, Residual, System, Unknowns, held_part, is_moved_rim, place};

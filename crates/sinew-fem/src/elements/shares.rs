@@ -4,6 +4,7 @@ use crate::elements::{
     NodalBlocks, PatchResponse, Rounding, State, add_pressure, add_stiffness, complete, inverse,
     make_convex, product, turn,
 };
+use crate::linear::dot;
 use sinew_energy::{Body, Response, with_nodes};
 use sinew_num::{Mat3, in_parallel, in_tasks};
 use std::ops::Range;
@@ -65,6 +66,19 @@ impl PointState {
         }
         tangent
     }
+
+    /// Replaces the mean Cauchy stress in the tangent.
+    pub(crate) fn set_mean_stress(&mut self, mean: f64) {
+        let (mut tangent, more) = (self.tangent(), mean - mean_stress(&self.h, &self.stress));
+        self.h.plus_identity().add_second_of_determinant(more, &mut tangent);
+        self.lower = Self::ENTRIES.map(|[row, column]| tangent[row][column]);
+    }
+}
+
+/// Mean Cauchy stress `P : F / 3J`.
+pub(crate) fn mean_stress(h: &Mat3<f64>, stress: &Mat3<f64>) -> f64 {
+    let f = h.plus_identity();
+    dot(stress.0.as_flattened(), f.0.as_flattened()) / (3.0 * (1.0 + h.volume_change()))
 }
 
 /// Sums over a share.

@@ -162,8 +162,8 @@ impl<'p> System<'p> {
     }
 
     /// Change of the unknown displacements from rest to the whole load by the linear model of the unloaded body, with
-    /// the prescribed motions \[length\].
-    pub(crate) fn linear_response(&mut self, theta: &[f64]) -> Result<Vec<f64>> {
+    /// the prescribed motions \[length\]. Conjugate gradients leave a residual of `tolerance` times the forces.
+    pub(crate) fn linear_response(&mut self, theta: &[f64], tolerance: f64) -> Result<Vec<f64>> {
         let rest = self.rest();
         let mut motion = rest.displacement.clone();
         place(self.body, 1.0, &mut motion);
@@ -175,9 +175,16 @@ impl<'p> System<'p> {
         let moved = self.response_to_supports(state, &motion);
         right.iter_mut().zip(moved).for_each(|(r, m)| *r += m);
         let definite = self.body.has_potential();
-        let (shift, _) = self.factorise(definite).ok_or(SolveError::Singular)?;
-        let shift = if definite { 0.0 } else { shift };
-        let (change, _) = self.solve(&right, shift)?;
+        let forces: Vec<f64> = right.iter().map(|r| -r).collect();
+        let iterates = definite && self.method == Method::Aggregation;
+        let iterated = iterates.then(|| self.iterate(&forces, tolerance, 1)).flatten();
+        let change = match iterated {
+            Some((change, _)) => change,
+            None => {
+                let (shift, _) = self.factorise(definite).ok_or(SolveError::Singular)?;
+                self.solve(&right, if definite { 0.0 } else { shift })?.0
+            }
+        };
         self.sparsity.scatter(change, &mut motion);
         Ok(motion)
     }

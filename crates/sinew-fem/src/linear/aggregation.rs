@@ -4,7 +4,7 @@ mod blocks;
 mod multigrid;
 mod pattern;
 
-use crate::linear::{End, Iterated, Sparsity, conjugate_gradients, largest, shift_of, update};
+use crate::linear::{End, Iterated, Sparsity, conjugate_gradients, shift_of};
 use blocks::BlockMatrix;
 use multigrid::Multigrid;
 use pattern::Pattern;
@@ -133,19 +133,26 @@ impl Aggregation {
         let apply = |from: &[f64], to: &mut [f64]| {
             blocks.multiply(from.as_chunks().0, to.as_chunks_mut().0);
         };
-        let mut vectors = hierarchy.vectors();
-        let precondition = |from: &[f64], to: &mut [f64]| {
-            // Single precision holds no small residuals.
-            let size = largest(from);
-            let scaled = vectors.finest.residual.as_flattened_mut();
-            update(scaled, from, |to, x| *to = (x / size) as f32);
-            hierarchy.apply(&mut vectors);
-            update(to, vectors.finest.solution.as_flattened(), |to, x| *to = size * f64::from(x));
-        };
+        let precondition = hierarchy.preconditioner();
         // Matrix and right-hand side are over the mean diagonal.
         let right = pattern.scattered(right, self.mean);
         let (solution, iterations, end) =
             conjugate_gradients(apply, precondition, &right, tolerance, most);
         (pattern.gathered(&solution), iterations, end)
+    }
+
+    /// An approximation of the inverse of the last matrix times a vector, by a V-cycle; NaN without a hierarchy.
+    pub(crate) fn cycle(&self) -> impl FnMut(&[f64]) -> Vec<f64> + '_ {
+        let mut parts =
+            self.pattern.as_ref().zip(self.hierarchy.as_ref().map(Multigrid::preconditioner));
+        move |from| match &mut parts {
+            Some((pattern, precondition)) => {
+                let right = pattern.scattered(from, self.mean);
+                let mut solution = right.clone();
+                precondition(&right, &mut solution);
+                pattern.gathered(&solution)
+            }
+            None => vec![f64::NAN; from.len()],
+        }
     }
 }

@@ -8,7 +8,7 @@ use sinew_num::on_ready_threads;
 
 /// Residual of a linear system relative to its right-hand side: Newton's method stays quadratic down to it, and a step
 /// that reaches equilibrium meets the accuracy in volume.
-const TOLERANCE: f64 = 1e-10;
+pub(crate) const TOLERANCE: f64 = 1e-10;
 /// Residual for second-order corrections and error estimates, relative likewise: with 0.1 a beam with λ = 100 μ takes 27 steps instead of 10.
 pub(crate) const CORRECTION: f64 = 1e-2;
 /// Residual where conjugate gradients look for negative curvature, relative likewise: they find both ends of the spectrum long before.

@@ -1,6 +1,7 @@
 //! Single steps of Newton's method from a predicted displacement: its distance to equilibrium and its correction.
 
 use crate::elements::{PredictedStress, check_potential, inadmissible, place};
+use crate::linear::systems::TOLERANCE;
 use crate::linear::{dot, norm};
 use crate::solve::SUFFICIENT;
 use crate::{Result, SolveError, Solver};
@@ -94,7 +95,7 @@ impl Solver<'_> {
     /// θ that makes no sense, or [`SolveError::Singular`].
     pub fn linear_response(&mut self, theta: &[f64]) -> Result<Vec<f64>> {
         self.body().check_theta(theta)?;
-        self.system.linear_response(theta)
+        self.system.linear_response(theta, TOLERANCE)
     }
 
     /// Energy norm `√(eᵀ K e)` of a difference of displacements \[length\], with the stiffness K at `displacement`

@@ -1,6 +1,7 @@
 //! Continuation of an equilibrium along a line in loads and parameters, by load or arc length.
 
 use crate::elements::{PredictedStress, System, Unknowns, place as place_supports};
+use crate::linear::systems::CORRECTION;
 use crate::linear::{MOST_SINGLE, difference, dot};
 use crate::solve::{Equilibrium, Goal, Line, Log, Outlook, Plane, Point, far_turn};
 use crate::{Advice, Options, SolveError};
@@ -214,7 +215,7 @@ impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
 
     /// Part of the load that changes no displacement gradient by more than [`FIRST_GRADIENT`].
     pub(crate) fn first_step(&mut self) -> f64 {
-        let motion = self.system.linear_response(&self.line.thetas[1]);
+        let motion = self.system.linear_response(&self.line.thetas[1], CORRECTION);
         let Ok(motion) = motion else { return FIRST_STEP };
         let body = self.system.body;
         let size = |h: Mat3<f64>| h.squared_norm().sqrt();

@@ -15,7 +15,7 @@ use std::time::Instant;
 /// by an ill-conditioned stiffness.
 const SAME: f64 = 1e-4;
 /// Residuals that tell branches apart, on the way and at the end; to rounding errors a path takes twice the time.
-const ON_THE_WAY: f64 = 1e-5;
+const ON_THE_WAY: f64 = 1e-3;
 const AT_THE_END: f64 = 1e-8;
 
 /// Finds equilibria of one body for any θ.

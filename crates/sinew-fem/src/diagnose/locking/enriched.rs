@@ -1,82 +1,145 @@
 //! Displacements beyond those of linear cells: a quadratic mode for each edge of a simplex, and three incompatible modes for
 //! each hexahedron.
 
-use crate::elements::tangent_times;
+use crate::elements::{PointState, at_points, tangent_times};
 use crate::linear::add;
 use nalgebra::{Matrix3, Vector3};
 use sinew_energy::{Body, BodyArrays, SurfaceResponse};
 use sinew_mesh::{TriangleMesh, edges};
 use sinew_num::Mat3;
 
-/// Most modes of one cell.
+/// Most modes of one cell, and most nodes.
 const MOST_MODES: usize = 6;
+const MOST_NODES: usize = 8;
 /// Coordinate of Gauss' points of a hexahedron.
 const GAUSS: f64 = 0.577_350_269_189_625_8;
+/// Cells whose forces are computed before they are added.
+const AT_ONCE: usize = 1 << 16;
 
 /// A vector for each mode.
 pub(super) type Modes = Vec<[f64; 3]>;
+/// Gradients of the modes of a cell at a point [1/length].
+type Gradients = [[f64; 3]; MOST_MODES];
+
+/// Forces of a cell.
+#[derive(Clone, Default)]
+struct Forces {
+    nodes: [[f64; 3]; MOST_NODES],
+    modes: [[f64; 3]; MOST_MODES],
+}
 
 /// Cells with their modes and tangents.
 ///
 /// Simplices have the mode `4 λ_i λ_j` on the edge of corners i and j, that of the hierarchical quadratic element (Zienkiewicz, Taylor & Zhu,
 /// *The Finite Element Method: Its Basis and Fundamentals*, 4.9), and hexahedra `1 − ξ_r²` (R. L. Taylor, P. J. Beresford & E. L. Wilson,
 /// Int. J. Numer. Meth. Engng 10, 1976).
-pub(super) struct Enriched<'b> {
-    body: &'b Body,
+pub(super) struct Enriched<'a> {
+    body: &'a Body,
+    /// The quadrature points of the body with their tangents.
+    points: &'a [PointState],
     per_cell: usize,
     /// Edges of simplices as [`sinew_mesh::edges`] has them.
     edges: Vec<[usize; 2]>,
     /// Modes of the cells, one cell after the other.
     modes: Vec<usize>,
-    /// Gradients of the modes of a cell at its points [1/length]; as many points as corners.
-    gradients: Vec<[[f64; 3]; MOST_MODES]>,
-    /// Tangent at each quadrature point of the body.
-    tangents: Vec<[[f64; 9]; 9]>,
+    /// Gradients at the points of hexahedra.
+    gradients: Vec<Gradients>,
+    /// Barycentric coordinates of the points of simplices.
+    weights: [f64; 2],
     /// Projection of each mode on the directions that supports leave free.
     free: Vec<Matrix3<f64>>,
     /// Inverse of the diagonal block of each mode.
     inverse: Vec<Matrix3<f64>>,
 }
 
-impl<'b> Enriched<'b> {
-    pub(super) fn new(body: &'b Body, tangents: Vec<[[f64; 9]; 9]>) -> Self {
+impl<'a> Enriched<'a> {
+    pub(super) fn new(body: &'a Body, points: &'a [PointState]) -> Self {
         let (edges, modes, gradients, free) = match body.element().corners {
             8 => of_hexahedra(body),
             _ => of_simplices(body),
         };
         let (per_cell, inverse) = (modes.len() / body.cell_count(), Vec::new());
+        let n = body.element().corners as f64;
+        let step = (n + 1.0).sqrt().recip();
+        let weights = [(1.0 - step) / n, (1.0 - step) / n + step];
         let mut enriched =
-            Self { body, per_cell, edges, modes, gradients, tangents, free, inverse };
+            Self { body, points, per_cell, edges, modes, gradients, weights, free, inverse };
         enriched.invert_diagonal();
         enriched
     }
 
-    /// Calls `visit` with each point: the body's, the modes of its cell, their gradients and its volume.
-    fn for_points(&self, mut visit: impl FnMut(usize, &[usize], &[[f64; 3]; MOST_MODES], f64)) {
-        let corners = self.body.element().corners;
-        let own = self.body.points_per_cell;
+    /// Calls `visit` with each point of a cell: as many as corners. Gives the body's point, its tangent, the gradients of the modes and the volume.
+    fn for_points(
+        &self,
+        cell: usize,
+        mut visit: impl FnMut(usize, &[[f64; 9]; 9], &Gradients, f64),
+    ) {
+        let Self { body, points, gradients, .. } = self;
+        let (corners, own) = (body.element().corners, body.points_per_cell);
         let share = own as f64 / corners as f64;
-        for (cell, modes) in self.modes.chunks_exact(self.per_cell).enumerate() {
-            for at in 0..corners {
-                let point = cell * own + at.min(own - 1);
-                let gradients = &self.gradients[cell * corners + at];
-                visit(point, modes, gradients, share * self.body.volumes[point]);
+        let mut tangent = points[cell * own].tangent();
+        for at in 0..corners {
+            let point = cell * own + at.min(own - 1);
+            if own > 1 && at > 0 {
+                tangent = points[point].tangent();
             }
+            let volume = share * body.volumes[point];
+            match gradients.get(cell * corners + at) {
+                Some(gradients) => visit(point, &tangent, gradients, volume),
+                None => visit(point, &tangent, &self.of_simplex(cell, at), volume),
+            }
+        }
+    }
+
+    /// Gradients of the modes of a simplex at a point of degree 2, where one barycentric coordinate is `high` and the others are `low`.
+    fn of_simplex(&self, cell: usize, at: usize) -> Gradients {
+        let (element, g) = (self.body.element(), self.body.shape_of_point(cell));
+        let [low, high] = self.weights;
+        let weight = |corner| if corner == at { 4.0 * high } else { 4.0 * low };
+        let mut gradients = [[0.0; 3]; MOST_MODES];
+        for (gradient, edge) in gradients.iter_mut().zip(element.edges) {
+            let [a, b] = [edge[0], edge[1]];
+            *gradient = [0, 1, 2].map(|j| weight(a) * g[b][j] + weight(b) * g[a][j]);
+        }
+        gradients
+    }
+
+    fn modes_of(&self, cell: usize) -> &[usize] {
+        &self.modes[self.per_cell * cell..self.per_cell * (cell + 1)]
+    }
+
+    /// Hands what is computed for each cell, on all threads, to `add` in their order.
+    fn for_cells<T: Clone + Default + Send>(
+        &self,
+        of_cell: impl Fn(usize) -> T + Sync,
+        mut add: impl FnMut(usize, T),
+    ) {
+        let count = self.body.cell_count();
+        for first in (0..count).step_by(AT_ONCE) {
+            let values = at_points(AT_ONCE.min(count - first), |at| of_cell(first + at));
+            (first..).zip(values).for_each(|(cell, value)| add(cell, value));
         }
     }
 
     fn invert_diagonal(&mut self) {
         let mut blocks = vec![Matrix3::zeros(); self.free.len()];
-        self.for_points(|point, modes, gradients, volume| {
-            let tangent = &self.tangents[point];
-            for (&mode, g) in modes.iter().zip(gradients) {
-                for k in 0..3 {
-                    let mut h = Mat3::ZERO;
-                    h.0[k] = *g;
-                    let force = tangent_times(tangent, &h).apply(g);
-                    (0..3).for_each(|i| blocks[mode][(i, k)] += volume * force[i]);
+        let of_cell = |cell: usize| {
+            let mut of_modes = [Matrix3::zeros(); MOST_MODES];
+            self.for_points(cell, |_, tangent, gradients, volume| {
+                for (block, g) in of_modes[..self.per_cell].iter_mut().zip(gradients) {
+                    for (row, entries) in tangent.iter().enumerate() {
+                        let factor = volume * g[row % 3];
+                        for k in 0..3 {
+                            let sum: f64 = (0..3).map(|l| entries[3 * k + l] * g[l]).sum();
+                            block[(row / 3, k)] += factor * sum;
+                        }
+                    }
                 }
-            }
+            });
+            of_modes
+        };
+        self.for_cells(of_cell, |cell, of_modes| {
+            self.modes_of(cell).iter().zip(of_modes).for_each(|(&mode, own)| blocks[mode] += own);
         });
         let inverse = |(block, free): (&Matrix3<f64>, &Matrix3<f64>)| {
             let held = (Matrix3::identity() - free) * block.trace();
@@ -87,54 +150,65 @@ impl<'b> Enriched<'b> {
     }
 
     /// Residual of the modes times the inverse of their diagonal blocks.
-    pub(super) fn precondition(&self, residual: &Modes) -> Modes {
+    pub(super) fn precondition(&self, residual: &[[f64; 3]]) -> Modes {
         let pairs = residual.iter().zip(&self.inverse);
         pairs.map(|(&r, inverse)| (inverse * Vector3::from(r)).into()).collect()
     }
 
-    /// Forces on the modes of a displacement of the nodes.
-    pub(super) fn couple(&self, displacement: &[f64]) -> Modes {
-        let mut forces = vec![[0.0; 3]; self.free.len()];
-        // A simplex has one stress for all its points.
-        let mut last = (usize::MAX, Mat3::ZERO);
-        self.for_points(|point, modes, gradients, volume| {
-            if last.0 != point {
-                let h = self.body.displacement_gradient(point, displacement);
-                last = (point, tangent_times(&self.tangents[point], &h));
-            }
-            add_forces(&last.1, volume, modes, gradients, &mut forces);
-        });
-        self.project(&mut forces);
-        forces
-    }
-
-    /// Forces of the modes on the nodes and on themselves.
-    pub(super) fn multiply(&self, values: &Modes) -> (Vec<f64>, Modes) {
+    /// Forces on the nodes and on the modes of a stress at each point of each cell, by the tangent, the modes and their gradients.
+    fn forces(
+        &self,
+        stress: impl Fn(usize, &[[f64; 9]; 9], &[usize], &Gradients) -> Mat3<f64> + Sync,
+    ) -> (Vec<f64>, Modes) {
         let mut nodal = vec![0.0; self.body.prescribed.len()];
         let mut own = vec![[0.0; 3]; self.free.len()];
-        self.for_points(|point, modes, gradients, volume| {
-            let mut h = Mat3::ZERO;
-            for (&mode, g) in modes.iter().zip(gradients) {
-                for i in 0..3 {
-                    (0..3).for_each(|j| h.0[i][j] += values[mode][i] * g[j]);
-                }
-            }
-            let stress = tangent_times(&self.tangents[point], &h);
-            add_forces(&stress, volume, modes, gradients, &mut own);
-            let share = volume / self.body.volumes[point];
-            let stress = Mat3::from_fn(|i, j| share * stress[i][j]);
-            self.body.add_forces(point, &stress, &mut nodal);
+        let of_cell = |cell: usize| {
+            let mut forces = Forces::default();
+            self.for_points(cell, |point, tangent, gradients, volume| {
+                let stress = stress(point, tangent, self.modes_of(cell), gradients);
+                let shape = self.body.shape_of_point(point).iter();
+                let of_nodes = forces.nodes.iter_mut().zip(shape);
+                let of_modes = forces.modes.iter_mut().zip(gradients);
+                of_nodes.chain(of_modes).for_each(|(to, g)| add(to, volume, &stress.apply(g)));
+            });
+            forces
+        };
+        self.for_cells(of_cell, |cell, forces| {
+            let nodes = self.body.nodes_of_point(cell * self.body.points_per_cell);
+            let of_nodes = nodes.iter().zip(&forces.nodes);
+            of_nodes.for_each(|(&node, force)| add(&mut nodal[3 * node..], 1.0, force));
+            let of_modes = self.modes_of(cell).iter().zip(&forces.modes);
+            of_modes.for_each(|(&mode, force)| add(&mut own[mode], 1.0, force));
         });
         self.project(&mut own);
         (nodal, own)
     }
 
+    /// Forces on the modes of a displacement of the nodes.
+    pub(super) fn couple(&self, displacement: &[f64]) -> Modes {
+        let strain = |point| self.body.displacement_gradient(point, displacement);
+        self.forces(|point, tangent, _, _| tangent_times(tangent, &strain(point))).1
+    }
+
+    /// Forces of the modes on the nodes and on themselves.
+    pub(super) fn multiply(&self, values: &[[f64; 3]]) -> (Vec<f64>, Modes) {
+        self.forces(|_, tangent, modes, gradients| {
+            let mut h = Mat3::ZERO;
+            for (&mode, g) in modes.iter().zip(gradients) {
+                (0..3).for_each(|i| add(&mut h.0[i], values[mode][i], g));
+            }
+            tangent_times(tangent, &h)
+        })
+    }
+
     /// Adds the forces of stresses on the modes.
-    pub(super) fn add_stresses(&self, stress: impl Fn(usize) -> Mat3<f64>, forces: &mut Modes) {
-        self.for_points(|point, modes, gradients, volume| {
-            add_forces(&stress(point), volume, modes, gradients, forces);
-        });
-        self.project(forces);
+    pub(super) fn add_stresses(
+        &self,
+        stress: impl Fn(usize) -> Mat3<f64> + Sync,
+        forces: &mut Modes,
+    ) {
+        let (_, more) = self.forces(|point, _, _, _| stress(point));
+        add(forces.as_flattened_mut(), 1.0, more.as_flattened());
     }
 
     /// Adds the loads on the modes of simplices.
@@ -146,10 +220,10 @@ impl<'b> Enriched<'b> {
         // ∫ 4 λ_i λ_j over the volume of the cell.
         let corners = self.body.element().corners as f64;
         let share = 4.0 / (corners * (corners + 1.0));
-        self.for_points(|_, modes, _, volume| {
+        for (cell, volume) in self.body.volumes.iter().enumerate() {
             let force = reference_loads.body_force.map(|b| share * volume * b);
-            modes.iter().for_each(|&mode| add(&mut forces[mode], 1.0, &force));
-        });
+            self.modes_of(cell).iter().for_each(|&mode| add(&mut forces[mode], 1.0, &force));
+        }
         for surface in &reference_loads.surfaces {
             for facet in surface.facets() {
                 let area = surface.rule.area(facet, positions);
@@ -189,8 +263,8 @@ impl<'b> Enriched<'b> {
     }
 }
 
-/// Edges, modes of the cells, gradients at their points and free directions, as [`Enriched`] has them.
-type Parts = (Vec<[usize; 2]>, Vec<usize>, Vec<[[f64; 3]; MOST_MODES]>, Vec<Matrix3<f64>>);
+/// Edges, modes of the cells, gradients of those of hexahedra and free directions, as [`Enriched`] has them.
+type Parts = (Vec<[usize; 2]>, Vec<usize>, Vec<Gradients>, Vec<Matrix3<f64>>);
 
 /// An edge with the larger node first.
 fn descending(a: usize, b: usize) -> [usize; 2] {
@@ -228,43 +302,14 @@ fn of_hexahedra(body: &Body) -> Parts {
 }
 
 fn of_simplices(body: &Body) -> Parts {
-    let (of_cell, corners) = (body.element().edges, body.element().corners);
+    let of_cell = body.element().edges;
     let (all, mut modes) = (body.mesh.edges(), Vec::new());
     for nodes in body.cell_nodes() {
         let ends = of_cell.iter().map(|edge| descending(nodes[edge[0]], nodes[edge[1]]));
         modes.extend(ends.map(|ends| all.partition_point(|other| *other < ends)));
     }
-    // Points of degree 2: λ is `high` at one corner and `low` at the others.
-    let n = corners as f64;
-    let step = (n + 1.0).sqrt().recip();
-    let low = (1.0 - step) / n;
-    let mut gradients = Vec::with_capacity(corners * body.cell_count());
-    for cell in 0..body.cell_count() {
-        let g = body.shape_of_point(cell);
-        for point in 0..corners {
-            let weight = |corner| 4.0 * if corner == point { low + step } else { low };
-            let mut of_point = [[0.0; 3]; MOST_MODES];
-            for (mode, edge) in of_cell.iter().enumerate() {
-                let [a, b] = [edge[0], edge[1]];
-                of_point[mode] = [0, 1, 2].map(|j| weight(a) * g[b][j] + weight(b) * g[a][j]);
-            }
-            gradients.push(of_point);
-        }
-    }
     let free = free_directions(body, &all);
-    (all, modes, gradients, free)
-}
-
-fn add_forces(
-    stress: &Mat3<f64>,
-    volume: f64,
-    modes: &[usize],
-    gradients: &[[f64; 3]; MOST_MODES],
-    forces: &mut Modes,
-) {
-    for (&mode, g) in modes.iter().zip(gradients) {
-        add(&mut forces[mode], volume, &stress.apply(g));
-    }
+    (all, modes, Vec::new(), free)
 }
 
 /// Projection on the directions that supports leave free in the middle of each edge: those along which not both ends are held.

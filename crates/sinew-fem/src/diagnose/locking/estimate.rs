@@ -1,24 +1,25 @@
 //! Loss of displacement by one linear problem in enriched cells.
 
 use super::enriched::{Enriched, Modes};
-use crate::elements::{PredictedStress, State, System, Unknowns, inadmissible, inverse, place};
+use crate::elements::{
+    PointState, PredictedStress, State, System, Unknowns, inadmissible, inverse, mean_stress, place,
+};
 use crate::linear::systems::CORRECTION;
-use crate::linear::{add, dot};
+use crate::linear::{End, MOST_ITERATIONS, add, conjugate_gradients, dot};
 use crate::{Method, Result, SolveError};
-use sinew_energy::{Body, Response, with_nodes};
-use sinew_num::Mat3;
+use sinew_energy::{Body, with_nodes};
+use sinew_num::{Mat3, on_ready_threads};
 
 /// Part of the energy of the modes that the last steps of the conjugate gradients may add; the larger one before a direction of negative
 /// curvature.
 const ACCURACY: f64 = 0.005;
 const ROUGH: f64 = 0.05;
+/// Error of a response by conjugate gradients on nodes and modes \[relative, in the energy norm\].
+const NEARLY: f64 = 0.05;
 /// Number of these steps.
 const LAST: usize = 3;
 /// Most steps; a body that takes more loses most of its displacement, and its estimate is a lower bound.
 const MOST_STEPS: usize = 100;
-
-/// Tangent at a point.
-type Tangent = [[f64; 9]; 9];
 
 /// Change of the displacement with all loads, \[length\] per load factor.
 struct Responses {
@@ -81,54 +82,54 @@ impl System<'_> {
         let more = self.response_to_supports(state, &motion).into_iter();
         let more = more.zip(self.rate_by_theta(state, &tension));
         rate.iter_mut().zip(more).for_each(|(rate, (moved, tension))| *rate += moved + tension);
-        let (own, _) = self.respond(&rate, &motion, false)?;
+        let (own, _) = self.respond(&rate, &motion)?;
         let pressures: Vec<f64> =
             self.assembly.points.iter().map(|own| mean_stress(&own.h, &own.stress)).collect();
         let smooth = smoothed(body, &pressures);
         let parameters = body.law_parameters(theta);
-        // A body with averaged volume ratios has those of its scaled gradients here, without patches.
-        let point = |(point, h): (usize, Mat3<f64>)| {
-            let Response { stress, mut tangent, .. } =
-                body.material.response(point, parameters, &h);
-            let more = smooth[point] - mean_stress(&h, &stress);
-            h.plus_identity().add_second_of_determinant(more, &mut tangent);
-            (h, tangent)
-        };
-        let gradients = body.law_gradients(displacement);
-        let gradients = gradients.ok_or_else(|| inadmissible(body, displacement))?;
-        let points = gradients.into_iter().enumerate().map(point);
-        let (gradients, tangents): (Vec<Mat3<f64>>, Vec<Tangent>) = points.unzip();
-        match body.patches.is_empty() {
-            true => {
-                let stress = self.stress_with(&pressures, &smooth);
-                self.assembly.nearly_incompressible = true;
-                self.assemble(&at, theta, load_factor, Some(&stress));
-            }
-            false => self.remove_patches(&tangents),
+        if body.patches.is_empty() {
+            let stress = self.stress_with(&pressures, &smooth);
+            self.assembly.nearly_incompressible = true;
+            self.assemble(&at, theta, load_factor, Some(&stress));
+            let points = self.assembly.points.iter_mut().zip(&smooth);
+            points.for_each(|(point, &smooth)| point.set_mean_stress(smooth));
+        } else {
+            // A body with averaged volume ratios has the tangents of its scaled gradients here, without patches.
+            let gradients = body.law_gradients(displacement);
+            let gradients = gradients.ok_or_else(|| inadmissible(body, displacement))?;
+            self.remove_patches(|point| {
+                let h = &gradients[point];
+                let mut own = PointState::new(h, &body.material.response(point, parameters, h));
+                own.set_mean_stress(smooth[point]);
+                own
+            });
         }
-        let (linear, stable) = self.respond(&rate, &motion, true)?;
-        let enriched = Enriched::new(body, tangents);
+        let (linear, stable) = self.respond(&rate, &motion)?;
+        let enriched = Enriched::new(body, &self.assembly.points);
         let mut residual = enriched.couple(&linear);
         if tension.iter().any(|&t| t != 0.0) {
             let rates = body.law_parameters(&tension);
-            let stress = |point: usize| {
-                body.material.stress_rate(point, parameters, rates, &gradients[point])
-            };
+            let gradient = |point: usize| &self.assembly.points[point].h;
+            let stress =
+                |point| body.material.stress_rate(point, parameters, rates, gradient(point));
             enriched.add_stresses(stress, &mut residual);
         }
         residual.as_flattened_mut().iter_mut().for_each(|force| *force = -*force);
         enriched.add_loads(displacement, theta, &mut residual);
         let mut better = linear.clone();
-        let definite = stable && self.relax_modes(&enriched, residual, &mut better);
+        let definite = stable
+            && match self.iterates {
+                true => self.relax(&enriched, &residual, &mut better),
+                false => self.relax_modes(&enriched, residual, &mut better),
+            };
         let linear = if body.patches.is_empty() { linear } else { own.clone() };
         Ok(Responses { own, linear, better, definite })
     }
 
-    /// Response of all nodes to a rate of the unbalanced forces by the assembled stiffness, and whether this is positive definite; it is
-    /// factorised for more responses.
-    fn respond(&mut self, rate: &[f64], motion: &[f64], more: bool) -> Result<(Vec<f64>, bool)> {
+    /// Response of all nodes to a rate of the unbalanced forces by the assembled stiffness, and whether this is positive definite.
+    fn respond(&mut self, rate: &[f64], motion: &[f64]) -> Result<(Vec<f64>, bool)> {
         let mut change: Vec<f64> = rate.iter().map(|r| -r).collect();
-        let iterates = !more && self.method == Method::Aggregation;
+        let iterates = self.method == Method::Aggregation;
         let iterated = iterates.then(|| self.iterate(&change, CORRECTION, 1)).flatten();
         let shift = match iterated {
             Some((iterated, shift)) => {
@@ -162,18 +163,21 @@ impl System<'_> {
         points.enumerate().map(stress).collect()
     }
 
-    /// Replaces the stiffness of the patches by that of their cells.
-    fn remove_patches(&mut self, tangents: &[Tangent]) {
+    /// Replaces points and stiffness of the patches by those of their cells.
+    fn remove_patches(&mut self, point: impl Fn(usize) -> PointState) {
         let body = self.body;
         for (index, of_patch) in body.patches.iter().enumerate() {
             let patch = &self.assembly.patches[index];
-            let (at, alone) = (of_patch.iter(), patch.without_mean());
-            let present = at.clone().map(|&point| self.assembly.points[point].tangent());
-            let own = at.map(|&point| tangents[point]);
-            let (before, after) = with_nodes!(body.nodes_per_cell, N => (
-                patch.stiffness::<N>(body, of_patch, present),
-                alone.stiffness::<N>(body, of_patch, own),
-            ));
+            let alone = patch.without_mean();
+            let points = &mut self.assembly.points;
+            let (before, after) = with_nodes!(body.nodes_per_cell, N => {
+                let tangents = |points: &[PointState]| {
+                    of_patch.iter().map(|&at| points[at].tangent()).collect::<Vec<_>>()
+                };
+                let before = patch.stiffness::<N>(body, of_patch, tangents(points).into_iter());
+                of_patch.iter().for_each(|&at| points[at] = point(at));
+                (before, alone.stiffness::<N>(body, of_patch, tangents(points).into_iter()))
+            });
             let change = |row: usize, column: usize| {
                 let at = row * (row + 1) / 2 + column;
                 after[at] - before[at]
@@ -181,6 +185,36 @@ impl System<'_> {
             let places = self.sparsity.cells.of(index);
             self.assembly.add_matrix(&self.sparsity.frames, &alone.nodes, places, change);
         }
+    }
+
+    /// Conjugate gradients on nodes and modes together: a V-cycle preconditions the nodes, their diagonal blocks the modes. Moves the nodes; false where
+    /// the curvature is not positive.
+    fn relax(&self, enriched: &Enriched<'_>, residual: &Modes, displacement: &mut [f64]) -> bool {
+        let nodes = self.sparsity.unknowns();
+        let mut right = vec![0.0; nodes];
+        right.extend(residual.as_flattened());
+        let apply = |from: &[f64], to: &mut [f64]| {
+            let (of_nodes, of_modes) = from.split_at(nodes);
+            let (forces, own) = enriched.multiply(of_modes.as_chunks().0);
+            let coupled = enriched.couple(&self.sparsity.scattered(of_nodes.iter().copied()));
+            let (on_nodes, on_modes) = to.split_at_mut(nodes);
+            self.sparsity.multiply([&self.assembly.matrix; 2], of_nodes, on_nodes);
+            on_nodes.iter_mut().zip(self.sparsity.gather(&forces)).for_each(|(to, f)| *to += f);
+            on_modes.copy_from_slice(own.as_flattened());
+            add(on_modes, 1.0, coupled.as_flattened());
+        };
+        let mut cycle = self.aggregation.cycle();
+        let precondition = |from: &[f64], to: &mut [f64]| {
+            let (of_nodes, of_modes) = from.split_at(nodes);
+            to[..nodes].copy_from_slice(&cycle(of_nodes));
+            let modes = enriched.precondition(of_modes.as_chunks().0);
+            to[nodes..].copy_from_slice(modes.as_flattened());
+        };
+        let (change, _, end) = on_ready_threads(|| {
+            conjugate_gradients(apply, precondition, &right, NEARLY, MOST_ITERATIONS)
+        });
+        add(displacement, 1.0, &self.sparsity.scattered(change[..nodes].iter().copied()));
+        end != End::NegativeCurvature
     }
 
     /// Conjugate gradients on the modes, with the nodes eliminated by the factor (Saad, 9.2); moves the nodes along. False where the
@@ -231,12 +265,6 @@ impl System<'_> {
         }
         true
     }
-}
-
-/// Mean Cauchy stress `P : F / 3J`.
-fn mean_stress(h: &Mat3<f64>, stress: &Mat3<f64>) -> f64 {
-    let f = h.plus_identity();
-    dot(stress.0.as_flattened(), f.0.as_flattened()) / (3.0 * (1.0 + h.volume_change()))
 }
 
 /// Values at the points of mean values at the nodes: the mean stresses of cells that lock alternate from cell to cell.

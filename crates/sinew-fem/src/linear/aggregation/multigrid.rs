@@ -2,7 +2,7 @@
 
 use super::blocks::{Block, BlockMatrix, ROWS, add_product, definite_inverse, single, times};
 use crate::linear::aggregation::pattern::{MODES, groups, tentative};
-use crate::linear::{Factor, update};
+use crate::linear::{Factor, largest, update};
 use faer::sparse::Triplet;
 use sinew_num::{fill, in_parallel, in_tasks};
 
@@ -64,8 +64,21 @@ impl Multigrid {
         Some(Self { finest, coarser, coarsest: factor(&coarse.matrix)? })
     }
 
+    /// A V-cycle, in single precision.
+    pub(super) fn preconditioner(&self) -> impl FnMut(&[f64], &mut [f64]) + '_ {
+        let mut vectors = self.vectors();
+        move |from, to| {
+            // Single precision holds no small residuals.
+            let size = largest(from);
+            let scaled = vectors.finest.residual.as_flattened_mut();
+            update(scaled, from, |to, x| *to = (x / size) as f32);
+            self.apply(&mut vectors);
+            update(to, vectors.finest.solution.as_flattened(), |to, x| *to = size * f64::from(x));
+        }
+    }
+
     /// The vectors of a V-cycle.
-    pub(super) fn vectors(&self) -> Vectors {
+    fn vectors(&self) -> Vectors {
         let coarser = self.coarser.iter().map(|level| level.restriction.height());
         let heights = [self.finest.restriction.height()].into_iter().chain(coarser);
         Vectors {
@@ -75,7 +88,7 @@ impl Multigrid {
     }
 
     /// Replaces the solution of the finest level by an approximate one for its residual.
-    pub(super) fn apply(&self, vectors: &mut Vectors) {
+    fn apply(&self, vectors: &mut Vectors) {
         let Vectors { finest, coarser } = vectors;
         self.finest.cycle(finest, coarser, |coarser| self.solve_coarser(0, coarser));
     }
@@ -94,16 +107,16 @@ impl Multigrid {
 }
 
 /// The vectors of a V-cycle: memory that all cycles of a system use.
-pub(super) struct Vectors {
-    pub finest: LevelVectors<3>,
+struct Vectors {
+    finest: LevelVectors<3>,
     coarser: Vec<LevelVectors<MODES>>,
 }
 
 /// The vectors of a level.
-pub(super) struct LevelVectors<const B: usize> {
-    pub solution: Vec<[f32; B]>,
+struct LevelVectors<const B: usize> {
+    solution: Vec<[f32; B]>,
     /// Right-hand side minus the matrix times the solution, but for the last step.
-    pub residual: Vec<[f32; B]>,
+    residual: Vec<[f32; B]>,
     step: Vec<[f32; B]>,
 }
 
