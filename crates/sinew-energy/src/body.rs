@@ -74,7 +74,7 @@ pub struct BodyArrays {
     pub reference_loads: ReferenceLoads,
     /// Dead loads lumped to the nodes [stress·length²], `3 × nodes`.
     pub nodal_force: Vec<f64>,
-    /// Elastic supports lumped to the nodes.
+    /// Elastic supports, facet by facet.
     pub springs: Vec<Spring>,
     /// Pressures that have a potential.
     pub pressures: Vec<PressureSurface>,

@@ -58,6 +58,22 @@ impl FacetRule {
         }
     }
 
+    /// The rule on the same facets that is exact for products of two shape functions of solid cells, which springs have.
+    pub(crate) fn of_products<const N: usize>() -> Self {
+        match N {
+            4 => Self::face::<3>(3, Mesh::<3>::FINE_QUADRATURE.to_vec()),
+            3 => {
+                let point = |s: f64| FacetPoint {
+                    weight: 1.0,
+                    shape: vec![0.5 * (1.0 - s), 0.5 * (1.0 + s)],
+                    slope: [vec![-0.5, 0.5], vec![0.0; 2]],
+                };
+                Self { points: [-G, G].map(point).into(), ..Self::linear_edge() }
+            }
+            _ => Self::of_cells::<N>(),
+        }
+    }
+
     /// Tangents of a facet at a quadrature point \[length\], of which the cross product times the weight is the area vector.
     pub fn tangents(
         &self,

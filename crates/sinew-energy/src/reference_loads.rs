@@ -1,8 +1,7 @@
-//! Loads per volume and area of the reference configuration, lumped to the nodes; springs.
+//! Loads per volume and area of the reference configuration, lumped to the nodes; springs of facets.
 
 use crate::FacetRule;
 use sinew_num::{cross, dot3};
-use std::collections::BTreeMap;
 
 /// Loads and elastic supports per volume and area of the body at rest. Its nodal forces and springs are their sums,
 /// lumped again when the reference configuration changes.
@@ -39,21 +38,33 @@ impl ReferenceSurface {
         self.nodes.chunks_exact(self.rule.nodes)
     }
 
-    /// Calls `visit` with each node, `N_a dA` and the outward unit normal, point by point.
-    fn for_nodes(&self, positions: &[[f64; 3]], mut visit: impl FnMut(usize, f64, [f64; 3])) {
-        for facet in self.facets() {
-            for point in &self.rule.points {
-                let [along, across] = self.rule.tangents(facet, point, positions);
-                let normal = cross(&along, &across).map(|x| point.weight * x);
-                let area = dot3(&normal, &normal).sqrt();
-                if area == 0.0 {
-                    continue;
-                }
-                for (&node, n) in facet.iter().zip(&point.shape) {
-                    visit(node, n * area, normal.map(|x| x / area));
-                }
+    /// Area `dA` and outward unit normal of each point of a facet, with its shape functions.
+    fn at_points<'s>(
+        &'s self,
+        facet: &'s [usize],
+        positions: &'s [[f64; 3]],
+    ) -> impl Iterator<Item = (&'s [f64], f64, [f64; 3])> {
+        self.rule.points.iter().filter_map(move |point| {
+            let [along, across] = self.rule.tangents(facet, point, positions);
+            let normal = cross(&along, &across).map(|x| point.weight * x);
+            let area = dot3(&normal, &normal).sqrt();
+            (area > 0.0).then(|| (&point.shape[..], area, normal.map(|x| x / area)))
+        })
+    }
+
+    /// The springs of a facet: `∫ N_a N_b (k_t I + (k_n − k_t) n nᵀ) dA`.
+    fn spring(&self, facet: &[usize], positions: &[[f64; 3]]) -> Spring {
+        let size = 3 * facet.len();
+        let mut stiffness = vec![0.0; size * size];
+        for (shape, area, n) in self.at_points(facet, positions) {
+            for (at, entry) in stiffness.iter_mut().enumerate() {
+                let [(a, i), (b, j)] = [at / size, at % size].map(|local| (local / 3, local % 3));
+                let same = if i == j { self.tangential } else { 0.0 };
+                let k = same + (self.normal - self.tangential) * n[i] * n[j];
+                *entry += area * shape[a] * shape[b] * k;
             }
         }
+        Spring { nodes: facet.to_vec(), stiffness }
     }
 }
 
@@ -77,29 +88,24 @@ impl ReferenceLoads {
             }
         }
         for surface in self.surfaces.iter().filter(|surface| surface.traction != [0.0; 3]) {
-            surface.for_nodes(positions, |node, area, _| {
-                add(&mut force, node, &surface.traction, area);
-            });
+            for facet in surface.facets() {
+                for (shape, area, _) in surface.at_points(facet, positions) {
+                    for (&node, n) in facet.iter().zip(shape) {
+                        add(&mut force, node, &surface.traction, n * area);
+                    }
+                }
+            }
         }
         force
     }
 
-    /// Springs lumped to the nodes, ascending.
+    /// Springs, facet by facet.
     pub(crate) fn springs(&self, positions: &[[f64; 3]]) -> Vec<Spring> {
-        let mut springs = BTreeMap::new();
-        for surface in self.surfaces.iter().filter(|s| s.normal != 0.0 || s.tangential != 0.0) {
-            let (normal, tangential) = (surface.normal, surface.tangential);
-            surface.for_nodes(positions, |node, area, n| {
-                let stiffness = springs.entry(node).or_insert([[0.0; 3]; 3]);
-                for i in 0..3 {
-                    stiffness[i][i] += area * tangential;
-                    for j in 0..3 {
-                        stiffness[i][j] += area * (normal - tangential) * n[i] * n[j];
-                    }
-                }
-            });
-        }
-        springs.into_iter().map(|(node, stiffness)| Spring { node, stiffness }).collect()
+        let sprung = self.surfaces.iter().filter(|s| s.normal != 0.0 || s.tangential != 0.0);
+        let of = |surface: &ReferenceSurface| -> Vec<Spring> {
+            surface.facets().map(|facet| surface.spring(facet, positions)).collect()
+        };
+        sprung.flat_map(of).collect()
     }
 }
 
@@ -108,32 +114,34 @@ fn add(force: &mut [f64], node: usize, density: &[f64; 3], weight: f64) {
     (0..3).for_each(|i| force[3 * node + i] += weight * density[i]);
 }
 
-/// A linear spring between a node and where it was: force `−K u`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Linear springs between a facet and where it was: forces `−K u` on its nodes.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Spring {
-    /// The node.
-    pub node: usize,
-    /// Symmetric stiffness K [stress·length].
-    pub stiffness: [[f64; 3]; 3],
+    /// Nodes of the facet.
+    pub nodes: Vec<usize>,
+    /// Symmetric stiffness K over their components, row by row [stress·length].
+    pub stiffness: Vec<f64>,
 }
 
 impl Spring {
     /// Energy `½ u·K u` [stress·length³].
     pub(crate) fn value(&self, displacement: &[f64]) -> f64 {
-        let u = &displacement[3 * self.node..3 * self.node + 3];
-        0.5 * (0..3).map(|i| u[i] * self.force(u, i)).sum::<f64>()
+        self.forces(displacement).map(|(dof, force)| 0.5 * displacement[dof] * force).sum()
     }
 
     /// Energy [stress·length³]; its derivative is added to `gradient` [stress·length²].
     pub fn value_and_add_gradient(&self, displacement: &[f64], gradient: &mut [f64]) -> f64 {
-        let u = &displacement[3 * self.node..3 * self.node + 3];
-        for i in 0..3 {
-            gradient[3 * self.node + i] += self.force(u, i);
-        }
+        self.forces(displacement).for_each(|(dof, force)| gradient[dof] += force);
         self.value(displacement)
     }
 
-    fn force(&self, u: &[f64], i: usize) -> f64 {
-        (0..3).map(|j| self.stiffness[i][j] * u[j]).sum()
+    /// Degrees of freedom with their entries of `K u`.
+    fn forces<'s>(&'s self, displacement: &'s [f64]) -> impl Iterator<Item = (usize, f64)> + 's {
+        let dof = |local: usize| 3 * self.nodes[local / 3] + local % 3;
+        let rows = self.stiffness.chunks_exact(3 * self.nodes.len()).enumerate();
+        rows.map(move |(row, entries)| {
+            let product = entries.iter().enumerate().map(|(k, entry)| entry * displacement[dof(k)]);
+            (dof(row), product.sum())
+        })
     }
 }

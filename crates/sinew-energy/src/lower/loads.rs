@@ -69,7 +69,7 @@ impl<const N: usize> Setup<'_, N> {
     /// A surface without loads and springs.
     fn reference_surface(&self, name: &str) -> Result<ReferenceSurface, SceneError> {
         Ok(ReferenceSurface {
-            rule: FacetRule::of_cells::<N>(),
+            rule: FacetRule::of_products::<N>(),
             nodes: self.facet_nodes(name)?.into_iter().flatten().collect(),
             traction: [0.0; 3],
             normal: 0.0,

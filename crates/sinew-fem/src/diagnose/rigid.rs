@@ -66,7 +66,8 @@ fn resistance(body: &Body, pieces: &[Vec<usize>]) -> DMatrix<f64> {
     for (index, nodes) in pieces.iter().enumerate() {
         nodes.iter().for_each(|&node| owners.entry(node).or_default().push(index));
     }
-    let sprung: HashSet<_> = springs.iter().map(|spring| spring.node).collect();
+    let sprung: HashSet<_> =
+        springs.iter().flat_map(|spring| spring.nodes.iter().copied()).collect();
     let at = |node: usize| Vector3::from(positions[node]);
     let arms = |nodes: &Vec<usize>| {
         let fixed = |n: &usize| (0..3).any(|i| prescribed[3 * n + i].is_some());
@@ -103,14 +104,21 @@ fn resistance(body: &Body, pieces: &[Vec<usize>]) -> DMatrix<f64> {
             }
         }
     }
-    let stiffest = springs.iter().flat_map(|s| s.stiffness.as_flattened());
+    let stiffest = springs.iter().flat_map(|spring| &spring.stiffness);
     let stiffest = stiffest.fold(f64::MIN_POSITIVE, |m: f64, k| m.max(k.abs()));
     for spring in springs {
-        let Some(owners) = owners.get(&spring.node) else { continue };
-        let rows = [0, 1, 2].map(|i| velocity(&owners[..1], spring.node, Vector3::ith(i, 1.0)));
-        for (i, row) in rows.iter().enumerate() {
-            for (k, other) in rows.iter().enumerate() {
-                resistance.ger(spring.stiffness[i][k] / stiffest, row, other, 1.0);
+        let of_node = |node: &usize| {
+            let owners = owners.get(node)?;
+            Some([0, 1, 2].map(|i| velocity(&owners[..1], *node, Vector3::ith(i, 1.0))))
+        };
+        // A facet belongs to one part.
+        let Some(rows) = spring.nodes.iter().map(of_node).collect::<Option<Vec<_>>>() else {
+            continue;
+        };
+        let rows = rows.as_flattened();
+        for (row, entries) in rows.iter().zip(spring.stiffness.chunks_exact(rows.len())) {
+            for (other, entry) in rows.iter().zip(entries) {
+                resistance.ger(entry / stiffest, row, other, 1.0);
             }
         }
     }

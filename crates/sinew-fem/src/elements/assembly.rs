@@ -113,9 +113,9 @@ impl Assembly {
             let energy = spring.value_and_add_gradient(displacement, &mut self.gradient);
             self.energy += energy;
             rounding.energy += energy;
-            let (places, stiffness) = (sparsity.springs.of(index), &spring.stiffness);
-            let entry = |row: usize, column: usize| stiffness[row][column];
-            self.add_matrix(&sparsity.frames, &[spring.node], places, entry);
+            let (places, size) = (sparsity.springs.of(index), 3 * spring.nodes.len());
+            let entry = |row: usize, column: usize| spring.stiffness[row * size + column];
+            self.add_matrix(&sparsity.frames, &spring.nodes, places, entry);
         }
         self.add_shares(body, sparsity, (state, predicted), &mut rounding);
         self.floor = f64::EPSILON * norm(&rounding.forces);

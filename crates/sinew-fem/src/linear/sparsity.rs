@@ -118,7 +118,7 @@ impl Sparsity {
         };
         let surfaces = body.pressures.iter().chain(&body.followers);
         let facets: Vec<_> = facets_of(surfaces).map(|(_, _, nodes)| nodes).collect();
-        let springs: Vec<_> = body.springs.iter().map(|s| std::slice::from_ref(&s.node)).collect();
+        let springs: Vec<_> = body.springs.iter().map(|spring| &spring.nodes[..]).collect();
         sparsity.facets = sparsity.slots(&facets);
         sparsity.springs = sparsity.slots(&springs);
         sparsity.cells = sparsity.slots(&matrices);

@@ -214,27 +214,29 @@ impl At<'_> {
             if dot3(&normal, &normal) == 0.0 {
                 continue;
             }
-            for (a, &node) in facet.iter().enumerate() {
-                let u = std::array::from_fn(|i| displacement[3 * node + i]);
-                // Force per area of the reference element, with derivatives in both tangents and the displacement.
-                let [s, t, u] = [(s, 0), (t, 3), (u, 6)].map(|(vector, first): ([f64; 3], _)| {
-                    [0, 1, 2].map(|i| Slope::<9>::variable(vector[i], first + i))
-                });
-                let normal = cross(&s, &t);
-                let area = (dot3(&normal, &normal).ln() * 0.5).exp();
-                let along = dot3(&normal, &u) / area * (surface.normal - surface.tangential);
-                for i in 0..3 {
-                    let traction = -level.factor * surface.traction[i];
-                    let force = area * (u[i] * surface.tangential + traction) + along * normal[i];
-                    for column in 0..size {
-                        let (b, k) = (column / 3, column % 3);
-                        let across = if plane { 0.0 } else { point.slope[1][b] };
-                        let own = if a == b { force.gradient[6 + k] } else { 0.0 };
-                        let moved =
-                            point.slope[0][b] * force.gradient[k] + across * force.gradient[3 + k];
-                        let weight = point.weight * point.shape[a];
-                        block.values[(3 * a + i) * size + column] += weight * (moved - own);
-                    }
+            let u = std::array::from_fn(|i| {
+                let nodes = facet.iter().zip(&point.shape);
+                nodes.map(|(&node, n)| n * displacement[3 * node + i]).sum()
+            });
+            // Force per area of the reference element, with derivatives in both tangents and the displacement.
+            let [s, t, u] = [(s, 0), (t, 3), (u, 6)].map(|(vector, first): ([f64; 3], _)| {
+                [0, 1, 2].map(|i| Slope::<9>::variable(vector[i], first + i))
+            });
+            let normal = cross(&s, &t);
+            let area = (dot3(&normal, &normal).ln() * 0.5).exp();
+            let along = dot3(&normal, &u) / area * (surface.normal - surface.tangential);
+            for row in 0..size {
+                let (a, i) = (row / 3, row % 3);
+                let traction = -level.factor * surface.traction[i];
+                let force = area * (u[i] * surface.tangential + traction) + along * normal[i];
+                for column in 0..size {
+                    let (b, k) = (column / 3, column % 3);
+                    let across = if plane { 0.0 } else { point.slope[1][b] };
+                    let own = point.shape[b] * force.gradient[6 + k];
+                    let moved =
+                        point.slope[0][b] * force.gradient[k] + across * force.gradient[3 + k];
+                    block.values[row * size + column] +=
+                        point.weight * point.shape[a] * (moved - own);
                 }
             }
         }

@@ -96,9 +96,17 @@ pub(super) fn scale(
     }
     for parts in &mut layers {
         for spring in &body.springs {
-            let motion = parts.motion(spring.node);
-            parts.costs[parts.of_nodes[spring.node]] +=
-                motion.transpose() * matrix(&spring.stiffness) * motion;
+            let size = 3 * spring.nodes.len();
+            for (a, &row) in spring.nodes.iter().enumerate() {
+                for (b, &column) in spring.nodes.iter().enumerate() {
+                    if parts.of_nodes[row] == parts.of_nodes[column] {
+                        let entry = |i, j| spring.stiffness[(3 * a + i) * size + 3 * b + j];
+                        let block = SMatrix::<f64, 3, 3>::from_fn(entry);
+                        let cost = parts.motion(row).transpose() * block * parts.motion(column);
+                        parts.costs[parts.of_nodes[row]] += cost;
+                    }
+                }
+            }
         }
     }
     let of_node = |cost: &SMatrix<f64, 6, 6>| inverse_root(cost.fixed_view::<3, 3>(0, 0).into());

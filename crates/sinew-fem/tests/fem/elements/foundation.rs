@@ -38,6 +38,45 @@ fn a_bar_on_springs_at_its_end() {
     check_bar(rectangle_triangles([2.0, 1.0], [3, 2]).quadratic(), &rollers[..1]);
 }
 
+/// A stiff block on springs k at one end under its own weight f: the springs shear by `f L/k_t` and turn by `θ = M/(k I)`, `M = f A L²/2`, on any mesh.
+fn check_turn(mesh: impl Into<AnyMesh>, down: usize) {
+    const LENGTH: f64 = 2.0;
+    const HEIGHT: f64 = 1.0;
+    const NORMAL: f64 = 0.5;
+    const TANGENTIAL: f64 = 0.7;
+    const WEIGHT: f64 = 1e-3;
+    let mut force = [0.0; 3];
+    force[down] = WEIGHT;
+    let loads = vec![
+        Load::BodyForce(force),
+        Load::Foundation { facets: "x_min".into(), normal: NORMAL, tangential: TANGENTIAL },
+    ];
+    let scene = scene(LinearElastic, mesh, loads, vec![]);
+    let body = scene.lower().unwrap();
+    let solution = Solver::new(&body).unwrap().solve(&[1e5, 0.0], &Options::default()).unwrap();
+    let turn = 0.5 * WEIGHT * LENGTH.powi(2) / (NORMAL * HEIGHT.powi(2) / 12.0);
+    let exact = |x: &[f64; 3]| {
+        let mut u = [0.0; 3];
+        u[0] = -turn * (x[down] - 0.5 * HEIGHT);
+        u[down] = WEIGHT * LENGTH / TANGENTIAL + turn * x[0];
+        u
+    };
+    let exact: Vec<f64> = scene.mesh.points().iter().flat_map(exact).collect();
+    let error = distance(&solution.displacement, &exact);
+    assert!(error < 1e-6, "{}: {error:e}", scene.mesh.element().plural);
+}
+
+#[test]
+fn springs_answer_a_turn_of_their_face() {
+    let extent = [2.0, 1.0, 1.0];
+    check_turn(box_tetrahedra(extent, [2, 1, 1]), 2);
+    check_turn(box_tetrahedra(extent, [3, 2, 2]).distorted(5, 0.3), 2);
+    check_turn(box_tetrahedra(extent, [2, 1, 1]).quadratic(), 2);
+    check_turn(box_hexahedra(extent, [2, 1, 2]), 2);
+    check_turn(rectangle_triangles([2.0, 1.0], [3, 2]), 1);
+    check_turn(rectangle_triangles([2.0, 1.0], [3, 2]).quadratic(), 1);
+}
+
 /// A thin bar that sticks to an elastic layer along its side: `E h u'' = k u`, so with a traction t at the end
 /// `u = (t ℓ/E) cosh(x/ℓ)/sinh(L/ℓ)` and `ℓ² = E h/k`.
 #[test]
