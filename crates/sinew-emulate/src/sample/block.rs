@@ -5,7 +5,7 @@ use crate::sample::simulate::{
 };
 use crate::store::identity::Identity;
 use crate::{Body, Result};
-use sinew_fem::{CHAIN, Earlier, Options, Solution, SolveError, Solver, neighbours};
+use sinew_fem::{CHAIN, Earlier, Options, Progress, Solution, SolveError, Solver, neighbours};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -153,11 +153,18 @@ impl<'a> Block<'a> {
         Ok(())
     }
 
-    /// All results in the order of the samples, those of several equilibria compared with the one that a rising load leads to.
-    pub(crate) fn close(mut self, body: &Body, compare: bool) -> Result<Simulations> {
+    /// All results in the order of the samples, those of several equilibria compared with the one that a rising load leads to if there is a `watch`,
+    /// which receives the states of these solves.
+    pub(crate) fn close(
+        mut self,
+        body: &Body,
+        watch: Option<impl FnMut(&Progress<'_>)>,
+    ) -> Result<Simulations> {
         self.jumped.sort_by_key(|&(index, _)| index);
-        let ([branched, jumped], compared) =
-            if compare { branches(body, &self.jumped)? } else { <_>::default() };
+        let ([branched, jumped], compared) = match watch {
+            Some(watch) => branches(body, &self.jumped, watch)?,
+            None => <_>::default(),
+        };
         let late = self.jumped.drain(..).map(|(index, solution)| (index, Ok(outcome(solution))));
         self.found.extend(late);
         self.found.sort_by_key(|&(index, _)| index);
@@ -178,7 +185,11 @@ fn outcome(solution: Solution) -> (Vec<f64>, Vec<f64>, f64) {
 
 /// Parameters of solutions beside which a rising load leads to another one, and of all that were not shown to be its own; and how many were
 /// compared.
-fn branches(body: &Body, jumped: &[(usize, Solution)]) -> Result<([Vec<Vec<f64>>; 2], usize)> {
+fn branches(
+    body: &Body,
+    jumped: &[(usize, Solution)],
+    mut watch: impl FnMut(&Progress<'_>),
+) -> Result<([Vec<Vec<f64>>; 2], usize)> {
     let ([mut branched, mut open], mut agreed) = ([Vec::new(), Vec::new()], 0);
     let mut solver = if jumped.is_empty() { None } else { Some(Solver::new(body)?) };
     for (place, (_, solution)) in jumped.iter().enumerate() {
@@ -186,7 +197,8 @@ fn branches(body: &Body, jumped: &[(usize, Solution)]) -> Result<([Vec<Vec<f64>>
             .as_mut()
             .filter(|solver| place < MOST_COMPARED && solver.unknowns() <= LARGEST_COMPARED);
         // Where no rising load arrives, there is nothing to compare with.
-        match compared.map(|solver| solver.under_rising_load(solution, &Options::default())) {
+        let options = Options::default();
+        match compared.map(|solver| solver.under_rising_load(solution, &options, &mut watch)) {
             Some(Ok(None)) => {
                 agreed += 1;
                 continue;

@@ -222,10 +222,13 @@ fn solved(
         }
     };
     resume_sweep(body, thetas, &earlier, options, each, watch)?;
-    let (block, _, outcome) = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let (block, counter, outcome) = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
     outcome?;
     let compare = body.has_potential() && options.load_steps == LoadSteps::WhenNeeded;
-    block.close(body, compare)
+    let watch = |state: &sinew_fem::Progress<'_>| {
+        let _ = counter.within(|| format!("compared with a rising load: {}", state.in_words()));
+    };
+    block.close(body, compare.then_some(watch))
 }
 
 const THETAS: &str = "theta.npy";

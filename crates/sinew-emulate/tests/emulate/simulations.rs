@@ -64,7 +64,7 @@ fn solutions_that_a_rising_load_does_not_lead_to_are_named() {
         let is_other = |case: &&usize| {
             let (field, theta) = (&found.fields[**case], &thetas[**case]);
             let solution = solver.solve_from(field, theta, &Options::default()).unwrap();
-            solver.under_rising_load(&solution, &Options::default()).unwrap().is_some()
+            solver.under_rising_load(&solution, &Options::default(), &mut |_| ()).unwrap().is_some()
         };
         let of = |cases: &[usize]| -> Vec<Vec<f64>> {
             cases.iter().map(|&case| thetas[case].clone()).collect()

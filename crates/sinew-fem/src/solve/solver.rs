@@ -168,7 +168,7 @@ impl<'p> Solver<'p> {
 
     /// The equilibrium under loads and prescribed motions that rise slowly from rest, if it differs from `solution`. Of
     /// several stable equilibria, the whole load at once may find one that a rising load does not. Costs a solve by
-    /// load steps, to smaller accuracy.
+    /// load steps, to smaller accuracy; `watch` is called with each state that the iteration comes to.
     ///
     /// # Errors
     /// As for [`Solver::solve`], and a solution of another body.
@@ -176,6 +176,7 @@ impl<'p> Solver<'p> {
         &mut self,
         solution: &Solution,
         options: &Options,
+        watch: &mut impl FnMut(&Progress<'_>),
     ) -> Result<Option<Solution>> {
         self.checked(solution, &solution.theta)?;
         let mut options = Options { load_steps: LoadSteps::Always, ..*options };
@@ -183,7 +184,7 @@ impl<'p> Solver<'p> {
             options.accuracy = ON_THE_WAY;
             options.minimum_accuracy = options.minimum_accuracy.max(AT_THE_END);
         }
-        let risen = self.solve(&solution.theta, &options)?;
+        let risen = self.solve_watched(&solution.theta, &options, watch)?;
         let apart = norm(&difference(&risen.displacement, &solution.displacement));
         let size = norm(&risen.displacement).max(norm(&solution.displacement));
         Ok((apart > SAME * size).then_some(risen))

@@ -176,7 +176,7 @@ fn of_several_stable_equilibria_a_rising_load_finds_the_one_that_it_leads_to() {
         let risen = solver.solve(&[1.0, 1.0], &rising).unwrap();
         assert_sound(&body, &risen);
         assert!(risen.load_steps > 2);
-        let other = solver.under_rising_load(&at_once, &Options::default()).unwrap();
+        let other = solver.under_rising_load(&at_once, &Options::default(), &mut |_| ()).unwrap();
         let differ = difference(&at_once.displacement, &risen.displacement) > 1e-3;
         println!("{push} {across}: {} and {}", sway(&at_once), sway(&risen));
         assert_eq!(other.is_some(), differ);
@@ -195,9 +195,10 @@ fn of_several_stable_equilibria_a_rising_load_finds_the_one_that_it_leads_to() {
     assert_sound(&body, &there);
     assert!(here.is_stable() && there.is_stable());
     assert!(sway(&here) > 10.0 && sway(&there) < -10.0, "{} {}", sway(&here), sway(&there));
-    let risen = solver.under_rising_load(&there, &Options::default()).unwrap().unwrap();
+    let risen =
+        solver.under_rising_load(&there, &Options::default(), &mut |_| ()).unwrap().unwrap();
     assert!(difference(&risen.displacement, &here.displacement) < 1e-6 * norm(&here.displacement));
-    assert!(solver.under_rising_load(&here, &Options::default()).unwrap().is_none());
+    assert!(solver.under_rising_load(&here, &Options::default(), &mut |_| ()).unwrap().is_none());
 }
 
 #[test]
