@@ -45,7 +45,7 @@ pub(crate) fn recipes(options: &BeamOptions) -> Vec<(&'static str, Recipe)> {
 /// Training options of one recipe in a run.
 pub(crate) fn training(options: &BeamOptions, recipe: &Recipe, folder: &Path) -> TrainingOptions {
     /// Steps of a quick check.
-    const QUICK_STEPS: usize = 4;
+    const QUICK_STEPS: usize = 20;
     let training = program::training(options.quick, options.seed, folder, options.resume);
     let is_network = matches!(recipe, Recipe::DataDriven(_) | Recipe::PhysicsInformed(_));
     let budget = match options.quick && is_network {
