@@ -1,12 +1,12 @@
 //! A mesh whose kind of cell is decided at run time.
 
 use crate::geometry::{ASKEW, extents};
-use crate::io::{GRID, save, to_xml};
+use crate::io::{save, to_xml};
 use crate::topology::Cells;
 use crate::tree::SurfaceTree;
 use crate::{
     Defect, Element, Facet, Field, HexMesh, MeshError, QuadraticTetMesh, QuadraticTriangleMesh,
-    Selected, Selection, SelectionError, TetMesh, TriangleMesh,
+    Refusal, Selected, Selection, TetMesh, TriangleMesh,
 };
 use nalgebra::Vector3;
 use sinew_num::{ascending, connected_components};
@@ -115,7 +115,7 @@ impl AnyMesh {
     ///
     /// # Errors
     /// As [`Mesh::keep`](crate::Mesh::keep).
-    pub fn keep<S: AsRef<str>>(&mut self, names: &[S]) -> Result<(), SelectionError> {
+    pub fn keep<S: AsRef<str>>(&mut self, names: &[S]) -> Result<(), Refusal> {
         with_cells!(self, mesh => mesh.keep(names))
     }
 
@@ -123,7 +123,7 @@ impl AnyMesh {
     ///
     /// # Errors
     /// As [`Mesh::select`](crate::Mesh::select).
-    pub fn select(&mut self, name: &str, choice: &Selection) -> Result<Selected, SelectionError> {
+    pub fn select(&mut self, name: &str, choice: &Selection) -> Result<Selected, Refusal> {
         with_cells!(self, mesh => mesh.select(name, choice))
     }
 
@@ -325,7 +325,7 @@ impl AnyMesh {
         path: impl AsRef<Path>,
         numbers: &[(String, f64)],
     ) -> Result<(), MeshError> {
-        save(path.as_ref(), &with_cells!(self, mesh => to_xml(mesh, GRID, numbers))?)
+        save(path.as_ref(), &with_cells!(self, mesh => to_xml(mesh, numbers))?)
     }
 }
 

@@ -139,3 +139,14 @@ pub enum Defect {
     )]
     Name { name: String },
 }
+
+/// Why something cannot be selected or made, with names, numbers and places in the unit of the mesh, and what to do.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{0}")]
+pub struct Refusal(pub(crate) String);
+
+impl From<Defect> for Refusal {
+    fn from(defect: Defect) -> Self {
+        Self(defect.to_string())
+    }
+}

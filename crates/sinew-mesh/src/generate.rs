@@ -8,8 +8,8 @@ mod ventricle;
 mod wall;
 
 pub use biventricle::Biventricle;
-pub use chamber::{Chamber, ChamberError, ChamberReport, ChamberWall, Size, Trim, WallOptions};
-pub use population::{ShapeError, VentricleShape};
+pub use chamber::{Chamber, ChamberReport, ChamberWall, Size, Trim, WallOptions};
+pub use population::VentricleShape;
 pub use ventricle::TruncatedEllipsoid;
 pub use wall::{Sheet, Wall};
 

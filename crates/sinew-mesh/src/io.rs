@@ -25,8 +25,8 @@ pub use convert::ReadReport;
 pub(crate) use cursor::save;
 pub use grid::MixedMesh;
 pub use npy::{NpyArray, parse_npy, to_npy, to_npy_of};
-pub use write::{DISPLACEMENT, to_stl, to_vtp, to_vtu, write_pvd};
-pub(crate) use write::{GRID, to_xml};
+pub(crate) use write::to_xml;
+pub use write::{DISPLACEMENT, to_vtu, write_pvd};
 
 use crate::{AnyMesh, Element, Mesh, MeshError, Place, Problem};
 use cursor::{Fault, load};

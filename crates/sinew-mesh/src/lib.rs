@@ -43,8 +43,8 @@
 //! | format | read | written |
 //! |---|---|---|
 //! | legacy VTK, text and binary | grids and surfaces (POLYDATA); 2.0 to 4.2, 5.1 | |
-//! | VTU, VTP | text, base64, appended raw or base64; plain or zlib | [`write_vtu`], [`to_vtp`]: base64 |
-//! | STL, text and binary | corners at the same place become one node | [`to_stl`] |
+//! | VTU, VTP | text, base64, appended raw or base64; plain or zlib | VTU by [`write_vtu`]: base64 |
+//! | STL, text and binary | corners at the same place become one node | |
 //! | PVD | | [`write_pvd`] |
 //! | gmsh MSH, text and binary | 2.2, 4.1, with parametric nodes or in partitions | |
 //! | Abaqus and CalculiX input (inp) | one body, flat or as one part with one instance, either with the mesh | |
@@ -100,18 +100,17 @@ mod tree;
 
 pub use any::AnyMesh;
 pub use element::{Element, QuadraturePoint};
-pub use error::{Defect, MeshError, Place, Problem};
+pub use error::{Defect, MeshError, Place, Problem, Refusal};
 pub use generate::{
-    Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, ShapeError, Sheet, Size, Trim,
-    TruncatedEllipsoid, VentricleShape, Wall, WallOptions, box_hexahedra, box_tetrahedra,
-    rectangle_triangles,
+    Biventricle, Chamber, ChamberReport, ChamberWall, Sheet, Size, Trim, TruncatedEllipsoid,
+    VentricleShape, Wall, WallOptions, box_hexahedra, box_tetrahedra, rectangle_triangles,
 };
 pub use geometry::{
     SELECTION_TOLERANCE, enclosed_volume, extents, extract_surface, repair_orientation,
 };
 pub use io::{
     DISPLACEMENT, MixedMesh, NpyArray, ReadReport, parse, parse_mesh, parse_npy, read, read_merged,
-    read_mesh, read_npy, to_npy, to_npy_of, to_stl, to_vtp, to_vtu, write_pvd, write_vtu,
+    read_mesh, read_npy, to_npy, to_npy_of, to_vtu, write_pvd, write_vtu,
 };
 pub use mesh::{
     Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh,
@@ -120,6 +119,6 @@ pub use mesh::{
 pub use quality::{
     QualitySummary, SLIVER_ANGLE, Spread, min_dihedral_angle, quality, volume_ratio,
 };
-pub use selection::{Selected, Selection, SelectionError};
+pub use selection::{Selected, Selection};
 pub use topology::{boundary_facets, edges, folded_facets, remove_unused_nodes};
 pub use tree::self_intersections;

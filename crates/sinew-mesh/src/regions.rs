@@ -2,7 +2,7 @@
 
 use crate::mesh::are_labels;
 use crate::selection::others;
-use crate::{Defect, Facet, Mesh, SelectionError, boundary_facets, remove_unused_nodes};
+use crate::{Defect, Facet, Mesh, Refusal, boundary_facets, remove_unused_nodes};
 use sinew_num::ascending;
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap, HashSet};
@@ -58,7 +58,7 @@ impl<const N: usize> Mesh<N> {
     ///
     /// # Errors
     /// Cells that the mesh does not have, no names, a mesh that violates [`Mesh::check`].
-    pub fn keep<S: AsRef<str>>(&mut self, names: &[S]) -> Result<(), SelectionError> {
+    pub fn keep<S: AsRef<str>>(&mut self, names: &[S]) -> Result<(), Refusal> {
         self.check()?;
         let mut kept = BTreeSet::new();
         for name in names {
@@ -101,13 +101,13 @@ impl<const N: usize> Mesh<N> {
         Ok(())
     }
 
-    fn unknown_cells(&self, name: &str) -> SelectionError {
+    fn unknown_cells(&self, name: &str) -> Refusal {
         let known = others(&self.names_of_cells());
-        SelectionError(format!("the mesh has no set of cells `{name}`{known}"))
+        Refusal(format!("the mesh has no set of cells `{name}`{known}"))
     }
 
     /// See [`Selection::between`](crate::Selection::between).
-    pub(crate) fn facets_between(&self, pair: &[String; 2]) -> Result<Vec<Facet>, SelectionError> {
+    pub(crate) fn facets_between(&self, pair: &[String; 2]) -> Result<Vec<Facet>, Refusal> {
         let (one, other) = (self.region(&pair[0])?, self.region(&pair[1])?);
         let of = |a: &Region, b: &Region, facet: &Facet| {
             a.0.contains(&facet.cell) && !b.0.contains(&facet.cell) && !a.1.contains(facet)
@@ -121,7 +121,7 @@ impl<const N: usize> Mesh<N> {
         Ok(shared.chain(cut).collect())
     }
 
-    fn region(&self, name: &str) -> Result<Region, SelectionError> {
+    fn region(&self, name: &str) -> Result<Region, Refusal> {
         let cells = self.cells_of(name);
         let behind = match self.facet_sets.get(&format!("{CUT}{}", self.full_name(name))) {
             Some(facets) => facets.clone(),

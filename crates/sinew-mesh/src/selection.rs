@@ -3,7 +3,7 @@
 mod places;
 
 use crate::tree::SurfaceTree;
-use crate::{Defect, Mesh, TriangleMesh};
+use crate::{Mesh, Refusal, TriangleMesh};
 use nalgebra::Vector3;
 use places::Places;
 use std::fmt;
@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// A choice of nodes and facets by where they are. Lengths are in the unit of the mesh.
 ///
 /// Nodes are chosen by their position. Facets of the boundary are chosen where all their nodes are and, after
-/// [`Selection::facing`], by their normal; then the nodes are those of the chosen facets.
+/// [`Selection::Facing`], by their normal; then the nodes are those of the chosen facets.
 ///
 /// ```
 /// use sinew_mesh::{Selection, box_tetrahedra};
@@ -21,38 +21,48 @@ use std::sync::Arc;
 /// let mut beam = box_tetrahedra([4.0, 1.0, 1.0], [8, 2, 2]);
 /// let end = beam.select("end", &Selection::plane([0.0; 3], [1.0, 0.0, 0.0]))?;
 /// assert_eq!((end.nodes, end.facets), (9, 8));
-/// let top = Selection::facing([0.0, 0.0, 1.0], 10.0);
-/// let half = beam.select("half", &top.and(Selection::half_space([2.0, 0.0, 0.0], [1.0, 0.0, 0.0])))?;
+/// let top = Selection::Facing([0.0, 0.0, 1.0], 10.0);
+/// let half = beam.select("half", &top.and(Selection::HalfSpace([2.0, 0.0, 0.0], [1.0, 0.0, 0.0])))?;
 /// assert_eq!((half.facets, beam.facet_sets["half"].len()), (16, 16));
 ///
 /// // An empty selection is an error that says how near the nearest node comes.
-/// let error = beam.select("far", &Selection::sphere([0.0, 0.0, 3.0], 1.0)).unwrap_err();
+/// let error = beam.select("far", &Selection::Sphere([0.0, 0.0, 3.0], 1.0)).unwrap_err();
 /// assert!(error.to_string().contains("misses it by 1"), "{error}");
-/// # Ok::<(), sinew_mesh::SelectionError>(())
+/// # Ok::<(), sinew_mesh::Refusal>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Selection(pub(crate) Rule);
-
-#[derive(Clone, Debug)]
-pub(crate) enum Rule {
-    Plane { point: [f64; 3], normal: [f64; 3], within: f64 },
-    HalfSpace { point: [f64; 3], direction: [f64; 3] },
-    Box { least: [f64; 3], most: [f64; 3] },
-    Sphere { centre: [f64; 3], radius: f64 },
-    Facing { direction: [f64; 3], degrees: f64 },
-    Near { surface: Surfaces, within: f64 },
-    Nearer { surface: Surfaces, others: Surfaces },
-    Nearest { point: [f64; 3] },
-    Set { name: String },
-    Between { regions: [String; 2] },
+pub enum Selection {
+    /// Within a distance of a plane through a point with a normal, on either side.
+    Plane([f64; 3], [f64; 3], f64),
+    /// Points on the side of a plane through a point that a direction, its normal, points to, with the plane itself.
+    HalfSpace([f64; 3], [f64; 3]),
+    /// Points in a box along the axes, between its least and its largest corner.
+    Box([f64; 3], [f64; 3]),
+    /// Points in a ball, by centre and radius.
+    Sphere([f64; 3], f64),
+    /// Facets of the boundary whose outward normal is at most so many degrees from a direction.
+    Facing([f64; 3], f64),
+    /// [`Selection::near`].
+    Near(Surfaces, f64),
+    /// [`Selection::nearer`].
+    Nearer(Surfaces, Surfaces),
+    /// The node nearest to a point; several if they are as near.
+    Nearest([f64; 3]),
+    /// Members of a node set or a facet set that the mesh has.
+    Set(String),
+    /// [`Selection::between`].
+    Between([String; 2]),
+    /// Intersection.
     All(Vec<Selection>),
+    /// Union.
     Any(Vec<Selection>),
+    /// All the others: each node and each facet of the boundary is in a selection or in its opposite.
     Not(Box<Selection>),
 }
 
-/// Trees of surfaces, which are long to print.
+/// Surfaces that points are near to.
 #[derive(Clone)]
-pub(crate) struct Surfaces(Arc<Vec<SurfaceTree>>);
+pub struct Surfaces(Arc<Vec<SurfaceTree>>);
 
 impl fmt::Debug for Surfaces {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -82,37 +92,12 @@ pub struct Selected {
 impl Selection {
     /// Points on a plane, within [`crate::SELECTION_TOLERANCE`].
     pub fn plane(point: [f64; 3], normal: [f64; 3]) -> Self {
-        Self::near_plane(point, normal, 0.0)
-    }
-
-    /// Within a distance of a plane, on either side.
-    pub fn near_plane(point: [f64; 3], normal: [f64; 3], within: f64) -> Self {
-        Self(Rule::Plane { point, normal, within })
-    }
-
-    /// Points on the side of a plane that `direction`, its normal, points to, with the plane itself.
-    pub fn half_space(point: [f64; 3], direction: [f64; 3]) -> Self {
-        Self(Rule::HalfSpace { point, direction })
-    }
-
-    /// Points in a box along the axes, between its corners.
-    pub fn cuboid(least: [f64; 3], most: [f64; 3]) -> Self {
-        Self(Rule::Box { least, most })
-    }
-
-    /// Points in a ball.
-    pub fn sphere(centre: [f64; 3], radius: f64) -> Self {
-        Self(Rule::Sphere { centre, radius })
-    }
-
-    /// Facets of the boundary whose outward normal is at most so many degrees from a direction.
-    pub fn facing(direction: [f64; 3], degrees: f64) -> Self {
-        Self(Rule::Facing { direction, degrees })
+        Self::Plane(point, normal, 0.0)
     }
 
     /// Within a distance of a surface.
     pub fn near(surface: &TriangleMesh, within: f64) -> Self {
-        Self(Rule::Near { surface: Surfaces::of([surface]), within })
+        Self::Near(Surfaces::of([surface]), within)
     }
 
     /// Nearer to a surface than to any of the others, such as to an endocardium than to the epicardium.
@@ -120,17 +105,12 @@ impl Selection {
         surface: &TriangleMesh,
         others: impl IntoIterator<Item = &'s TriangleMesh>,
     ) -> Self {
-        Self(Rule::Nearer { surface: Surfaces::of([surface]), others: Surfaces::of(others) })
-    }
-
-    /// The node nearest to a point; several if they are as near.
-    pub fn nearest(point: [f64; 3]) -> Self {
-        Self(Rule::Nearest { point })
+        Self::Nearer(Surfaces::of([surface]), Surfaces::of(others))
     }
 
     /// Members of a node set or a facet set that the mesh has.
     pub fn set(name: impl Into<String>) -> Self {
-        Self(Rule::Set { name: name.into() })
+        Self::Set(name.into())
     }
 
     /// Facets between the cells of two regions, each a set or label that [`Mesh::cells_of`] knows; those of the first, where the
@@ -145,49 +125,39 @@ impl Selection {
     /// bar.keep(&["region:1"])?;
     /// assert_eq!(bar.select("left", &Selection::between("region:1", "region:0"))?.facets, 2);
     /// assert_eq!(bar.select("free", &Selection::between("region:1", "outside"))?.facets, 8);
-    /// # Ok::<(), sinew_mesh::SelectionError>(())
+    /// # Ok::<(), sinew_mesh::Refusal>(())
     /// ```
     pub fn between(one: impl Into<String>, other: impl Into<String>) -> Self {
-        Self(Rule::Between { regions: [one.into(), other.into()] })
+        Self::Between([one.into(), other.into()])
     }
 
     /// Intersection of this and the other.
     pub fn and(self, other: Self) -> Self {
-        match self.0 {
-            Rule::All(mut all) => {
+        match self {
+            Self::All(mut all) => {
                 all.push(other);
-                Self(Rule::All(all))
+                Self::All(all)
             }
-            rule => Self(Rule::All(vec![Self(rule), other])),
+            one => Self::All(vec![one, other]),
         }
-    }
-
-    /// Union of these.
-    pub fn any(selections: impl IntoIterator<Item = Self>) -> Self {
-        Self(Rule::Any(selections.into_iter().collect()))
-    }
-
-    /// All the others: each node and each facet of the boundary is in a selection or in its opposite.
-    pub fn opposite(self) -> Self {
-        Self(Rule::Not(Box::new(self)))
     }
 
     /// Pairs of regions that it names.
     fn interfaces(&self) -> Vec<&[String; 2]> {
-        match &self.0 {
-            Rule::Between { regions } => vec![regions],
-            Rule::All(all) | Rule::Any(all) => all.iter().flat_map(Self::interfaces).collect(),
-            Rule::Not(inner) => inner.interfaces(),
+        match self {
+            Self::Between(regions) => vec![regions],
+            Self::All(all) | Self::Any(all) => all.iter().flat_map(Self::interfaces).collect(),
+            Self::Not(inner) => inner.interfaces(),
             _ => Vec::new(),
         }
     }
 
     /// Whether normals decide, so that nodes inside the body do not belong.
     fn reads_normals(&self) -> bool {
-        match &self.0 {
-            Rule::Facing { .. } => true,
-            Rule::All(all) | Rule::Any(all) => all.iter().any(Self::reads_normals),
-            Rule::Not(inner) => inner.reads_normals(),
+        match self {
+            Self::Facing(..) => true,
+            Self::All(all) | Self::Any(all) => all.iter().any(Self::reads_normals),
+            Self::Not(inner) => inner.reads_normals(),
             _ => false,
         }
     }
@@ -199,12 +169,12 @@ impl<const N: usize> Mesh<N> {
     ///
     /// # Errors
     /// A selection without nodes, which says how near the nearest came; lengths, directions and sets that make no sense.
-    pub fn select(&mut self, name: &str, choice: &Selection) -> Result<Selected, SelectionError> {
+    pub fn select(&mut self, name: &str, choice: &Selection) -> Result<Selected, Refusal> {
         let places = Places::new(self, choice)?;
         let (nodes, facets) = (places.nodes(choice)?, places.facets(choice)?);
         if nodes.is_empty() {
             let found = places.explain(choice)?;
-            return Err(SelectionError(format!("`{name}` holds nothing: {found}")));
+            return Err(Refusal(format!("`{name}` holds nothing: {found}")));
         }
         let selected = Selected { nodes: nodes.len(), facets: facets.len() };
         self.node_sets.insert(name.into(), nodes);
@@ -216,15 +186,4 @@ impl<const N: usize> Mesh<N> {
 /// Names that a mesh has, behind one that it has not.
 pub(crate) fn others(known: &[String]) -> String {
     if known.is_empty() { ", and no other".into() } else { format!(", only {}", known.join(", ")) }
-}
-
-/// Why a selection holds nothing or makes no sense, with names and numbers, and what to do.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct SelectionError(pub(crate) String);
-
-impl From<Defect> for SelectionError {
-    fn from(defect: Defect) -> Self {
-        Self(defect.to_string())
-    }
 }

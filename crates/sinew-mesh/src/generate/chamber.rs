@@ -1,7 +1,6 @@
 //! Walls of heart chambers between segmented surfaces.
 
 mod axis;
-mod error;
 mod fault;
 mod fit;
 mod outside;
@@ -12,15 +11,13 @@ mod trees;
 use super::ventricle::Disk;
 use super::wall::{InSet, Sheet, Wall, between, side};
 use crate::tree::SurfaceTree;
-use crate::{HexMesh, TetMesh, TriangleMesh, folded_facets, min_dihedral_angle};
+use crate::{HexMesh, Refusal, TetMesh, TriangleMesh, folded_facets, min_dihedral_angle};
 use axis::Axis;
-pub use error::ChamberError;
-use error::shown;
 use fit::Fit;
 use outside::Outside;
 pub use report::ChamberReport;
 pub use size::{Size, Trim, WallOptions};
-use trees::{Point, Trees};
+use trees::{Point, Trees, shown};
 
 /// Surfaces of a ventricle, as segmentation tools write them: open or closed, of any resolution, with triangles turned
 /// either way. The mesh of the wall has the same grid in layers for every heart: a square patch of cells at the apex
@@ -44,7 +41,7 @@ use trees::{Point, Trees};
 /// assert!(mesh.points.len().abs_diff(1500) < 150);
 /// assert!(quality(&mesh).unwrap().dihedral.min > 14.0);
 /// assert!((wall.report().cavity_volume / wall.report().cavity_volume_of_surface - 1.0).abs() < 0.02);
-/// # Ok::<(), sinew_mesh::ChamberError>(())
+/// # Ok::<(), sinew_mesh::Refusal>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Chamber<'a> {
@@ -67,11 +64,11 @@ impl Chamber<'_> {
     ///
     /// # Errors
     /// Surfaces or options that give none, with places and advice.
-    pub fn wall(&self, options: &WallOptions) -> Result<ChamberWall, ChamberError> {
+    pub fn wall(&self, options: &WallOptions) -> Result<ChamberWall, Refusal> {
         let surfaces = [Some(self.endocardium), Some(self.epicardium), self.septum];
         surfaces.into_iter().flatten().try_for_each(TriangleMesh::check)?;
         let empty = "a surface has no triangles; give an endocardium and an epicardium";
-        let empty = || ChamberError(empty.into());
+        let empty = || Refusal(empty.into());
         if self.endocardium.cells.is_empty() || self.epicardium.cells.is_empty() {
             return Err(empty());
         }
@@ -113,7 +110,7 @@ impl Chamber<'_> {
         }
         let (angle, at, wall, outside, mesh) = best.ok_or_else(empty)?;
         if angle <= 0.0 {
-            return Err(ChamberError(format!(
+            return Err(Refusal(format!(
                 "a cell is inside out at {}: the surfaces turn too sharply there for this size of cells; smooth them, choose other cells, or put the base further down",
                 shown(at)
             )));
@@ -167,7 +164,7 @@ impl ChamberWall {
     ///
     /// # Errors
     /// A hexahedron that is folded over at a corner; tetrahedra may still do.
-    pub fn hexahedra(&self) -> Result<HexMesh, ChamberError> {
+    pub fn hexahedra(&self) -> Result<HexMesh, Refusal> {
         let mesh = self.wall.hexahedra();
         mesh.check()?;
         Ok(mesh)

@@ -1,19 +1,14 @@
 //! Populations of shapes: left ventricles of random size, thickness and form, that differ by a few numbers, drawn independently.
 
-use crate::{HexMesh, Mesh, TetMesh, TruncatedEllipsoid};
+use crate::{HexMesh, Mesh, Refusal, TetMesh, TruncatedEllipsoid};
 use nalgebra::{Cholesky, SMatrix, SVector, Vector3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::LazyLock;
 
-/// Why numbers or cells make no ventricle, and what to do.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct ShapeError(String);
-
-fn within(what: &str, value: f64, [least, most]: [f64; 2]) -> Result<(), ShapeError> {
+fn within(what: &str, value: f64, [least, most]: [f64; 2]) -> Result<(), Refusal> {
     let advice = format!("is not between {least} and {most}: draw other numbers");
     let inside = (least..=most).contains(&value);
-    inside.then_some(()).ok_or(ShapeError(format!("the {what} of {value:.3} {advice}")))
+    inside.then_some(()).ok_or(Refusal(format!("the {what} of {value:.3} {advice}")))
 }
 
 /// A left ventricle between two smooth surfaces: a truncated ellipsoid and smooth modes of its endocardium and epicardium.
@@ -37,7 +32,7 @@ fn within(what: &str, value: f64, [least, most]: [f64; 2]) -> Result<(), ShapeEr
 ///     endo[2] - epi[2]
 /// };
 /// assert!((thickness(&thick) - thickness(&mean) - 3.0).abs() < 0.3);
-/// # Ok::<(), sinew_mesh::ShapeError>(())
+/// # Ok::<(), sinew_mesh::Refusal>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct VentricleShape {
@@ -133,10 +128,10 @@ impl VentricleShape {
     ///
     /// # Errors
     /// More numbers, one that is not finite, or a wall that is too thin or thick, a cavity too short, long, narrow or wide.
-    pub fn new(numbers: &[f64]) -> Result<Self, ShapeError> {
+    pub fn new(numbers: &[f64]) -> Result<Self, Refusal> {
         if numbers.len() > Self::NUMBERS || !numbers.iter().all(|x| x.is_finite()) {
             let (most, found) = (Self::NUMBERS, numbers.len());
-            return Err(ShapeError(format!(
+            return Err(Refusal(format!(
                 "a shape has {most} finite numbers; {found} were given, or one of them is not finite"
             )));
         }
@@ -159,17 +154,17 @@ impl VentricleShape {
     ///
     /// # Errors
     /// A wall that folds over itself, or cells that do not fit each other.
-    pub fn tetrahedra(&self, cells: [usize; 3]) -> Result<TetMesh, ShapeError> {
+    pub fn tetrahedra(&self, cells: [usize; 3]) -> Result<TetMesh, Refusal> {
         let [layers, around, along] = cells;
         if layers == 0 || around == 0 || around % 8 != 0 || around >= 8 * along {
-            return Err(ShapeError(format!(
+            return Err(Refusal(format!(
                 "a mesh cannot have {layers} x {around} x {along} cells; give one through the wall or more, and around a multiple of 8 below 8 times those along"
             )));
         }
         let mesh = self.placed(MEAN.wall(cells).tetrahedra());
         let mut volumes = (0..mesh.cells.len()).map(|cell| mesh.cell_volume(cell)).enumerate();
         match volumes.find(|(_, volume)| volume.is_nan() || *volume <= 0.0) {
-            Some((cell, volume)) => Err(ShapeError(format!(
+            Some((cell, volume)) => Err(Refusal(format!(
                 "cell {cell} has a volume of {volume:.3e}: the shape is folded; draw other numbers"
             ))),
             None => Ok(mesh),
@@ -180,7 +175,7 @@ impl VentricleShape {
     ///
     /// # Errors
     /// As [`VentricleShape::tetrahedra`].
-    pub fn hexahedra(&self, cells: [usize; 3]) -> Result<HexMesh, ShapeError> {
+    pub fn hexahedra(&self, cells: [usize; 3]) -> Result<HexMesh, Refusal> {
         self.tetrahedra(cells)?;
         Ok(self.placed(MEAN.wall(cells).hexahedra()))
     }

@@ -1,8 +1,8 @@
-//! Writing VTU, VTP and STL files, and PVD series.
+//! Writing VTU files and PVD series.
 
 use super::cursor::save;
 use super::sets::fields_with_sets;
-use crate::{Defect, Field, FieldValues, Mesh, MeshError, TriangleMesh};
+use crate::{Defect, Field, FieldValues, Mesh, MeshError};
 use base64::{Engine, engine::general_purpose::STANDARD};
 use quick_xml::escape::escape;
 use std::collections::BTreeMap;
@@ -17,71 +17,34 @@ pub const DISPLACEMENT: &str = "displacement";
 /// # Errors
 /// When the mesh breaks a rule of [`Mesh::check`] or a name cannot be written.
 pub fn to_vtu<const N: usize>(mesh: &Mesh<N>) -> Result<Vec<u8>, MeshError> {
-    to_xml(mesh, GRID, &[])
+    to_xml(mesh, &[])
 }
 
-/// A surface as a VTP file; its sets are written as fields, see the crate's page.
-///
-/// # Errors
-/// When the mesh breaks a rule of [`crate::Mesh::check`] or a name cannot be written.
-pub fn to_vtp(mesh: &TriangleMesh) -> Result<Vec<u8>, MeshError> {
-    to_xml(mesh, SURFACE, &[])
-}
-
-/// A surface as a binary STL file, which keeps the triangles only: no fields and sets, and coordinates in single precision.
-///
-/// # Errors
-/// When the mesh breaks a rule of [`crate::Mesh::check`].
-pub fn to_stl(mesh: &TriangleMesh) -> Result<Vec<u8>, MeshError> {
-    mesh.check()?;
-    let normal = |cell: usize| {
-        let [a, b, c] = mesh.corners(cell);
-        (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default()
-    };
-    let mut bytes = format!("{:<80}", "triangles of a sinew mesh").into_bytes();
-    bytes.extend((mesh.cells.len() as u32).to_le_bytes());
-    for cell in 0..mesh.cells.len() {
-        let rows = [normal(cell)].into_iter().chain(mesh.corners(cell));
-        bytes.extend(rows.flat_map(<[f64; 3]>::from).flat_map(|x| (x as f32).to_le_bytes()));
-        bytes.extend([0; 2]);
-    }
-    Ok(bytes)
-}
-
-/// A VTK data set and its list of cells: of any kind, and of polygons.
-pub(crate) type DataSet = [&'static str; 2];
-pub(crate) const GRID: DataSet = ["UnstructuredGrid", "Cells"];
-const SURFACE: DataSet = ["PolyData", "Polys"];
-
-/// The mesh as a file of this data set, with numbers that belong to the whole of it: VTK's field data.
+/// The mesh as a VTU file, with numbers that belong to the whole of it: VTK's field data.
 pub(crate) fn to_xml<const N: usize>(
     mesh: &Mesh<N>,
-    data_set: DataSet,
     numbers: &[(String, f64)],
 ) -> Result<Vec<u8>, MeshError> {
     mesh.check()?;
     let (point_fields, cell_fields) = fields_with_sets(mesh)?;
     let (nodes, cells) = (mesh.points.len(), mesh.cells.len());
-    let [kind, list] = data_set;
-    let mut xml = format!(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"{kind}\" version=\"1.0\" \
-         byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<{kind}>\n",
+    let mut xml = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" \
+         byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n",
     );
     field_data(&mut xml, numbers)?;
-    xml += &format!("<Piece NumberOfPoints=\"{nodes}\" NumberOf{list}=\"{cells}\">\n<Points>\n");
+    xml += &format!("<Piece NumberOfPoints=\"{nodes}\" NumberOfCells=\"{cells}\">\n<Points>\n");
     array_of(&mut xml, "Points", &Field::vectors(&mesh.points));
-    xml += &format!("</Points>\n<{list}>\n");
+    xml += "</Points>\n<Cells>\n";
     let connectivity = mesh.cells.as_flattened().iter().map(|&node| node as i64);
     array_of(&mut xml, "connectivity", &Field::labels(connectivity.collect()));
     let offsets = (1..=cells).map(|cell| (cell * N) as i64);
     array_of(&mut xml, "offsets", &Field::labels(offsets.collect()));
-    if data_set == GRID {
-        array(&mut xml, "UInt8", "types", 1, &vec![Mesh::<N>::ELEMENT.vtk_type; cells]);
-    }
-    xml += &format!("</{list}>\n");
+    array(&mut xml, "UInt8", "types", 1, &vec![Mesh::<N>::ELEMENT.vtk_type; cells]);
+    xml += "</Cells>\n";
     fields(&mut xml, "PointData", &point_fields);
     fields(&mut xml, "CellData", &cell_fields);
-    xml += &format!("</Piece>\n</{kind}>\n</VTKFile>\n");
+    xml += "</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
     Ok(xml.into_bytes())
 }
 

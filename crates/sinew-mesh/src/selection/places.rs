@@ -1,8 +1,8 @@
 //! Positions and normals of a mesh against the conditions of a selection.
 
-use super::{Rule, Selection, SelectionError, others};
+use super::{Selection, others};
 use crate::topology::{Cells, marked};
-use crate::{Facet, Mesh, SELECTION_TOLERANCE, extents};
+use crate::{Facet, Mesh, Refusal, SELECTION_TOLERANCE, extents};
 use nalgebra::Vector3;
 use sinew_num::ascending;
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -31,7 +31,7 @@ impl<'m> Places<'m> {
     pub(super) fn new<const N: usize>(
         mesh: &'m Mesh<N>,
         selection: &Selection,
-    ) -> Result<Self, SelectionError> {
+    ) -> Result<Self, Refusal> {
         mesh.check()?;
         let Mesh { points, node_sets, facet_sets, .. } = mesh;
         let cells = mesh.cell_list();
@@ -49,8 +49,8 @@ impl<'m> Places<'m> {
     }
 
     /// The chosen nodes: by their positions, or those of the facets where normals decide; in a union those of its parts.
-    pub(super) fn nodes(&self, choice: &Selection) -> Result<Vec<usize>, SelectionError> {
-        if let (Rule::Any(parts), true) = (&choice.0, choice.reads_normals()) {
+    pub(super) fn nodes(&self, choice: &Selection) -> Result<Vec<usize>, Refusal> {
+        if let (Selection::Any(parts), true) = (choice, choice.reads_normals()) {
             let found: Result<Vec<_>, _> = parts.iter().map(|part| self.nodes(part)).collect();
             return Ok(ascending(found?.into_iter().flatten()));
         }
@@ -61,21 +61,21 @@ impl<'m> Places<'m> {
     }
 
     /// The chosen facets.
-    pub(super) fn facets(&self, choice: &Selection) -> Result<Vec<Facet>, SelectionError> {
+    pub(super) fn facets(&self, choice: &Selection) -> Result<Vec<Facet>, Refusal> {
         let chosen = self.choose(choice)?;
         Ok(members(&chosen[self.points.len()..]).map(|at| self.boundary[at]).collect())
     }
 
-    fn choose(&self, selection: &Selection) -> Result<Chosen, SelectionError> {
+    fn choose(&self, selection: &Selection) -> Result<Chosen, Refusal> {
         if let Some(excess) = self.excess(selection)? {
             return Ok(self.with_facets(excess.iter().map(|&excess| excess <= self.tolerance)));
         }
-        match &selection.0 {
-            Rule::All(parts) | Rule::Any(parts) => {
-                let is_all = matches!(selection.0, Rule::All(_));
+        match selection {
+            Selection::All(parts) | Selection::Any(parts) => {
+                let is_all = matches!(selection, Selection::All(_));
                 let join = |a: &mut bool, b: bool| *a = if is_all { *a && b } else { *a || b };
                 let (first, rest) = parts.split_first().ok_or_else(|| {
-                    SelectionError("a combination of no selections; give at least one".into())
+                    Refusal("a combination of no selections; give at least one".into())
                 })?;
                 let mut chosen = self.choose(first)?;
                 for part in rest {
@@ -83,14 +83,14 @@ impl<'m> Places<'m> {
                 }
                 Ok(chosen)
             }
-            Rule::Not(inner) => Ok(self.choose(inner)?.into_iter().map(|one| !one).collect()),
-            Rule::Facing { degrees, .. } => {
+            Selection::Not(inner) => Ok(self.choose(inner)?.into_iter().map(|one| !one).collect()),
+            Selection::Facing(_, degrees) => {
                 let angles = self.angles(selection)?;
                 let nodes = self.points.iter().map(|_| true);
                 Ok(nodes.chain(angles.iter().map(|angle| angle <= degrees)).collect())
             }
-            Rule::Set { name } => self.set(name),
-            Rule::Between { regions } => Ok(self.of_facets(&self.between[regions], &[])),
+            Selection::Set(name) => self.set(name),
+            Selection::Between(regions) => Ok(self.of_facets(&self.between[regions], &[])),
             // The others have a distance.
             _ => Ok(vec![false; self.points.len() + self.boundary.len()]),
         }
@@ -113,7 +113,7 @@ impl<'m> Places<'m> {
         marked(self.points.len(), &nodes).into_iter().chain(facets).collect()
     }
 
-    fn set(&self, name: &str) -> Result<Chosen, SelectionError> {
+    fn set(&self, name: &str) -> Result<Chosen, Refusal> {
         match (self.facet_sets.get(name), self.node_sets.get(name)) {
             (Some(facets), others) => Ok(self.of_facets(facets, others.map_or(&[], Vec::as_slice))),
             (None, Some(set)) => Ok(self.with_facets(marked(self.points.len(), set).into_iter())),
@@ -121,50 +121,50 @@ impl<'m> Places<'m> {
                 let known = self.node_sets.keys().chain(self.facet_sets.keys()).cloned();
                 let known = others(&known.collect::<Vec<_>>());
                 let fault = format!("the mesh has neither node set nor facet set `{name}`{known}");
-                Err(SelectionError(fault))
+                Err(Refusal(fault))
             }
         }
     }
 
     /// Distance of each node outside a region, zero or less inside; `None` for conditions without a distance.
-    fn excess(&self, selection: &Selection) -> Result<Option<Vec<f64>>, SelectionError> {
+    fn excess(&self, selection: &Selection) -> Result<Option<Vec<f64>>, Refusal> {
         let each = |excess: &dyn Fn(Point) -> f64| {
             Ok(Some(self.points.iter().map(|x| excess(Point::from(*x))).collect()))
         };
-        match &selection.0 {
-            Rule::Plane { point, normal, within } => {
+        match selection {
+            Selection::Plane(point, normal, within) => {
                 let (at, normal) = (finite(point)?, unit(normal)?);
                 let within = distance("the distance from the plane", *within)?;
                 each(&|x| (x - at).dot(&normal).abs() - within)
             }
-            Rule::HalfSpace { point, direction } => {
+            Selection::HalfSpace(point, direction) => {
                 let (at, normal) = (finite(point)?, unit(direction)?);
                 each(&|x| (at - x).dot(&normal))
             }
-            Rule::Box { least, most } => {
+            Selection::Box(least, most) => {
                 let [low, high] = [finite(least)?, finite(most)?];
                 if let Some(axis) = (0..3).find(|&axis| least[axis] > most[axis]) {
                     let (axis, from, to) = (["x", "y", "z"][axis], least[axis], most[axis]);
-                    return Err(SelectionError(format!(
+                    return Err(Refusal(format!(
                         "along {axis} the box goes from {from} to {to}; give the smaller corner first"
                     )));
                 }
                 each(&|x| (x - x.sup(&low).inf(&high)).norm())
             }
-            Rule::Sphere { centre, radius } => {
+            Selection::Sphere(centre, radius) => {
                 let (centre, radius) = (finite(centre)?, distance("the radius", *radius)?);
                 each(&|x| (x - centre).norm() - radius)
             }
-            Rule::Near { surface, within } => {
+            Selection::Near(surface, within) => {
                 let within = distance("the distance from the surface", *within)?;
                 let surface = surface.with_triangles()?;
                 each(&|x| surface.distance(x) - within)
             }
-            Rule::Nearer { surface, others } => {
+            Selection::Nearer(surface, others) => {
                 let (surface, others) = (surface.with_triangles()?, others.with_triangles()?);
                 each(&|x| surface.distance(x) - others.distance(x))
             }
-            Rule::Nearest { point } => {
+            Selection::Nearest(point) => {
                 let at = finite(point)?;
                 let from = |x: &[f64; 3]| (Point::from(*x) - at).norm();
                 let least = self.points.iter().map(from).fold(f64::INFINITY, f64::min);
@@ -175,12 +175,12 @@ impl<'m> Places<'m> {
     }
 
     /// Degrees between the normals of the boundary and a direction.
-    fn angles(&self, selection: &Selection) -> Result<Vec<f64>, SelectionError> {
-        let Rule::Facing { direction, degrees } = selection.0 else { return Ok(Vec::new()) };
+    fn angles(&self, selection: &Selection) -> Result<Vec<f64>, Refusal> {
+        let &Selection::Facing(direction, degrees) = selection else { return Ok(Vec::new()) };
         let direction = unit(&direction)?;
         if !(0.0..=180.0).contains(&degrees) {
             let advice = "is not an angle between normals; give 0 to 180 degrees";
-            return Err(SelectionError(format!("{degrees} {advice}")));
+            return Err(Refusal(format!("{degrees} {advice}")));
         }
         // Better conditioned than an inverse cosine near 0 and 180 degrees.
         let angle =
@@ -189,9 +189,9 @@ impl<'m> Places<'m> {
     }
 
     /// Explains an empty selection: the count of each of its parts, and the nearest node or facet to an empty part.
-    pub(super) fn explain(&self, selection: &Selection) -> Result<String, SelectionError> {
-        let parts = match &selection.0 {
-            Rule::All(parts) => parts.as_slice(),
+    pub(super) fn explain(&self, selection: &Selection) -> Result<String, Refusal> {
+        let parts = match selection {
+            Selection::All(parts) => parts.as_slice(),
             _ => std::slice::from_ref(selection),
         };
         let found: Result<Vec<_>, _> = parts.iter().map(|part| self.explain_part(part)).collect();
@@ -199,7 +199,7 @@ impl<'m> Places<'m> {
         Ok(format!("{}{together}", found?.join(", ")))
     }
 
-    fn explain_part(&self, part: &Selection) -> Result<String, SelectionError> {
+    fn explain_part(&self, part: &Selection) -> Result<String, Refusal> {
         let (what, chosen) = (part.what(), self.choose(part)?);
         let (nodes, facets) = chosen.split_at(self.points.len());
         let (chosen, away, kind) = match part.reads_normals() {
@@ -225,9 +225,9 @@ impl<'m> Places<'m> {
 }
 
 impl super::Surfaces {
-    fn with_triangles(&self) -> Result<&Self, SelectionError> {
+    fn with_triangles(&self) -> Result<&Self, Refusal> {
         let has = self.distance(Point::zeros()).is_finite();
-        let fault = || SelectionError("a surface without triangles; give one that has some".into());
+        let fault = || Refusal("a surface without triangles; give one that has some".into());
         has.then_some(self).ok_or_else(fault)
     }
 }
@@ -235,20 +235,20 @@ impl super::Surfaces {
 impl Selection {
     /// Name of a condition in errors.
     fn what(&self) -> &'static str {
-        match &self.0 {
-            Rule::Plane { .. } => "the plane",
-            Rule::HalfSpace { .. } => "the side of the plane",
-            Rule::Box { .. } => "the box",
-            Rule::Sphere { .. } => "the sphere",
-            Rule::Facing { .. } => "the direction",
-            Rule::Near { .. } => "the neighbourhood of the surface",
-            Rule::Nearer { .. } => "the side of the nearer surface",
-            Rule::Nearest { .. } => "the nearest node",
-            Rule::Set { .. } => "the set",
-            Rule::Between { .. } => "the surface between the regions",
-            Rule::All(_) => "the combination",
-            Rule::Any(_) => "any of them together",
-            Rule::Not(_) => "the rest",
+        match self {
+            Self::Plane(..) => "the plane",
+            Self::HalfSpace(..) => "the side of the plane",
+            Self::Box(..) => "the box",
+            Self::Sphere(..) => "the sphere",
+            Self::Facing(..) => "the direction",
+            Self::Near(..) => "the neighbourhood of the surface",
+            Self::Nearer(..) => "the side of the nearer surface",
+            Self::Nearest(..) => "the nearest node",
+            Self::Set(..) => "the set",
+            Self::Between(..) => "the surface between the regions",
+            Self::All(_) => "the combination",
+            Self::Any(_) => "any of them together",
+            Self::Not(_) => "the rest",
         }
     }
 }
@@ -263,26 +263,26 @@ fn short(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
 
-fn finite(point: &[f64; 3]) -> Result<Point, SelectionError> {
+fn finite(point: &[f64; 3]) -> Result<Point, Refusal> {
     let [x, y, z] = point;
     let fault = format!("[{x}, {y}, {z}] is not a point; give finite coordinates");
     let point = Some(Point::from(*point)).filter(|point| point.iter().all(|x| x.is_finite()));
-    point.ok_or(SelectionError(fault))
+    point.ok_or(Refusal(fault))
 }
 
-fn unit(direction: &[f64; 3]) -> Result<Point, SelectionError> {
+fn unit(direction: &[f64; 3]) -> Result<Point, Refusal> {
     let [x, y, z] = direction;
     let advice = "is not a direction; give one of some length, such as [0, 0, 1]";
     let unit = Point::from(*direction).try_normalize(f64::MIN_POSITIVE);
     let unit = unit.filter(|unit| unit.iter().all(|x| x.is_finite()));
-    unit.ok_or(SelectionError(format!("[{x}, {y}, {z}] {advice}")))
+    unit.ok_or(Refusal(format!("[{x}, {y}, {z}] {advice}")))
 }
 
-fn distance(what: &str, value: f64) -> Result<f64, SelectionError> {
+fn distance(what: &str, value: f64) -> Result<f64, Refusal> {
     // Written so that a NaN is an error as well.
     let is_distance = value >= 0.0 && value.is_finite();
     let fault = || format!("{what} is {value}; give a number that is not negative");
-    is_distance.then_some(value).ok_or_else(|| SelectionError(fault()))
+    is_distance.then_some(value).ok_or_else(|| Refusal(fault()))
 }
 
 /// Outward unit normal of a facet, from its corners; of an edge of triangles, in their plane of constant z.

@@ -1,10 +1,10 @@
 //! Walls between surfaces: those of an ideal ventricle, whose wall is known, and of a person where they are.
 
-use crate::legacy::{VtkEncoding, to_vtk_surface};
+use crate::legacy::{VtkEncoding, to_stl, to_vtk_surface};
 use nalgebra::Vector3;
 use sinew_mesh::{
     Chamber, Size, TriangleMesh, Trim, TruncatedEllipsoid, WallOptions, boundary_facets,
-    enclosed_volume, extract_surface, parse_mesh, quality, read_mesh, to_stl,
+    enclosed_volume, extract_surface, parse_mesh, quality, read_mesh,
 };
 use std::f64::consts::PI;
 use std::io::Write;
@@ -170,7 +170,7 @@ fn units_orientation_and_place_change_nothing() {
     assert!(b.dihedral.min > 14.0, "{b}");
     // Triangles without a common list of points.
     let soup = surfaces.each_ref().map(|surface| {
-        let file = to_stl(surface).unwrap();
+        let file = to_stl(surface);
         parse_mesh::<3>("soup.stl", &file).unwrap().0
     });
     let wall = chamber(&soup).wall(&nodes(1500)).unwrap();

@@ -1,7 +1,7 @@
-//! Writers of formats that the crate only reads: legacy VTK of version 5.1 (VTK 9), and STL as text.
+//! Writers of formats that the crate only reads: legacy VTK of version 5.1 (VTK 9), VTP and STL.
 
 use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
-use sinew_mesh::{Field, FieldValues, Mesh, TriangleMesh};
+use sinew_mesh::{Field, FieldValues, Mesh, TriangleMesh, to_vtu};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
@@ -24,6 +24,29 @@ pub(crate) fn to_vtk<const N: usize>(mesh: &Mesh<N>, encoding: VtkEncoding) -> V
 /// Surface as polygons (POLYDATA), its sets as fields.
 pub(crate) fn to_vtk_surface(mesh: &TriangleMesh, encoding: VtkEncoding) -> Vec<u8> {
     written(mesh, encoding, "POLYDATA", "POLYGONS", None)
+}
+
+/// Surface as VTP: a VTU file whose cells are named polygons.
+pub(crate) fn to_vtp(mesh: &TriangleMesh) -> Vec<u8> {
+    let vtu = String::from_utf8(to_vtu(mesh).unwrap()).unwrap();
+    let names = [
+        ("UnstructuredGrid", "PolyData"),
+        ("NumberOfCells", "NumberOfPolys"),
+        ("Cells>", "Polys>"),
+    ];
+    names.iter().fold(vtu, |text, (grid, surface)| text.replace(grid, surface)).into_bytes()
+}
+
+/// Triangles of a surface as binary STL.
+pub(crate) fn to_stl(mesh: &TriangleMesh) -> Vec<u8> {
+    let mut bytes = format!("{:<80}", "triangles").into_bytes();
+    bytes.extend((mesh.cells.len() as u32).to_le_bytes());
+    for cell in 0..mesh.cells.len() {
+        let rows = [[0.0; 3].into()].into_iter().chain(mesh.corners(cell));
+        bytes.extend(rows.flat_map(<[f64; 3]>::from).flat_map(|x| (x as f32).to_le_bytes()));
+        bytes.extend([0; 2]);
+    }
+    bytes
 }
 
 /// Triangles of a surface as STL text.

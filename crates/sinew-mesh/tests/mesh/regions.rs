@@ -85,11 +85,11 @@ fn what_is_cut_keeps_its_sets_and_fields() {
 #[test]
 fn a_surface_between_regions_meets_other_conditions() {
     let mut bar = bar();
-    let upper = Selection::half_space([0.0, 0.0, 0.5], [0.0, 0.0, 1.0]);
+    let upper = Selection::HalfSpace([0.0, 0.0, 0.5], [0.0, 0.0, 1.0]);
     let half = Selection::between("1", "2").and(upper.clone());
     let selected = bar.select("half", &half).unwrap();
     assert_eq!((selected.nodes, selected.facets), (6, 4));
-    let either = Selection::any([Selection::between("0", "1"), Selection::between("2", "3")]);
+    let either = Selection::Any(vec![Selection::between("0", "1"), Selection::between("2", "3")]);
     assert_eq!(bar.select("either", &either).unwrap().facets, 16);
     assert_eq!(at(&bar, "either"), [1.0, 3.0]);
     // Of hexahedra, and with a name of its own for the region.

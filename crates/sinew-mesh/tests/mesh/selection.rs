@@ -19,10 +19,10 @@ fn assert_is<const N: usize>(mesh: &mut Mesh<N>, selection: &Selection, set: &st
 fn each_condition_finds_the_side_of_a_box() {
     fn check<const N: usize>(mut mesh: Mesh<N>) {
         assert_is(&mut mesh, &Selection::plane([2.0, 9.0, 9.0], [5.0, 0.0, 0.0]), "x_max");
-        assert_is(&mut mesh, &Selection::near_plane([2.2, 0.0, 0.0], X, 0.3), "x_max");
-        assert_is(&mut mesh, &Selection::half_space([1.9, 0.0, 0.0], X), "x_max");
-        assert_is(&mut mesh, &Selection::cuboid([1.9, -1.0, -1.0], [2.0, 1.0, 1.0]), "x_max");
-        assert_is(&mut mesh, &Selection::facing(X, 1.0), "x_max");
+        assert_is(&mut mesh, &Selection::Plane([2.2, 0.0, 0.0], X, 0.3), "x_max");
+        assert_is(&mut mesh, &Selection::HalfSpace([1.9, 0.0, 0.0], X), "x_max");
+        assert_is(&mut mesh, &Selection::Box([1.9, -1.0, -1.0], [2.0, 1.0, 1.0]), "x_max");
+        assert_is(&mut mesh, &Selection::Facing(X, 1.0), "x_max");
         assert_is(&mut mesh, &Selection::set("x_max"), "x_max");
         // Half of a degree of rounding in single precision does not matter.
         mesh.points.iter_mut().flatten().for_each(|x| *x *= 1.000_001);
@@ -38,6 +38,10 @@ fn wall() -> TetMesh {
     TruncatedEllipsoid::LAND.wall([2, 16, 8]).tetrahedra()
 }
 
+fn opposite(selection: Selection) -> Selection {
+    Selection::Not(Box::new(selection))
+}
+
 #[test]
 fn surfaces_tell_the_inside_of_a_ventricle_from_its_outside() {
     let mut wall = wall();
@@ -47,7 +51,7 @@ fn surfaces_tell_the_inside_of_a_ventricle_from_its_outside() {
     wall.select("near", &Selection::near(&inner, 0.01)).unwrap();
     assert_eq!(wall.facet_sets["near"], wall.facet_sets["endo"]);
     assert_eq!(wall.node_sets["near"], wall.node_sets["endo"]);
-    let not_base = Selection::set("base").opposite();
+    let not_base = opposite(Selection::set("base"));
     wall.select("nearer", &Selection::nearer(&inner, [&outer, &base]).and(not_base)).unwrap();
     let mut nodes = wall.node_sets["nearer"].clone();
     nodes.retain(|node| !wall.node_sets["endo"].contains(node));
@@ -61,13 +65,13 @@ fn a_selection_and_its_opposite_are_all_there_is() {
     let mut wall = wall();
     let boundary = boundary_facets(&wall);
     for selection in
-        [Selection::facing(Z, 40.0), Selection::sphere([5.0, 0.0, 0.0], 9.0), Selection::set("epi")]
+        [Selection::Facing(Z, 40.0), Selection::Sphere([5.0, 0.0, 0.0], 9.0), Selection::set("epi")]
     {
         let some = wall.select("some", &selection).unwrap();
-        let rest = wall.select("rest", &selection.opposite()).unwrap();
+        let rest = wall.select("rest", &opposite(selection)).unwrap();
         assert_eq!(some.facets + rest.facets, boundary.len());
         assert!(some.facets > 0 && rest.facets > 0);
-        let both = Selection::any([Selection::set("some"), Selection::set("rest")]);
+        let both = Selection::Any(vec![Selection::set("some"), Selection::set("rest")]);
         assert_eq!(wall.select("all", &both).unwrap().facets, boundary.len());
     }
 }
@@ -78,21 +82,20 @@ fn combinations_and_the_nearest_node() {
     let edge = Selection::plane([2.0, 0.0, 0.0], X).and(Selection::plane([0.0, 0.0, 1.0], Z));
     assert_eq!(mesh.select("edge", &edge).unwrap().nodes, 3);
     assert_eq!(mesh.facet_sets["edge"], []);
-    assert_eq!(mesh.select("one", &Selection::nearest([2.1, 1.3, 1.2])).unwrap().nodes, 1);
+    assert_eq!(mesh.select("one", &Selection::Nearest([2.1, 1.3, 1.2])).unwrap().nodes, 1);
     assert_eq!(mesh.points[mesh.node_sets["one"][0]], [2.0, 1.0, 1.0]);
     // Two nodes as near.
-    assert_eq!(mesh.select("two", &Selection::nearest([0.25, 0.0, 0.0])).unwrap().nodes, 2);
-    let three = edge.and(Selection::half_space([0.0, 0.9, 0.0], [0.0, 1.0, 0.0]));
+    assert_eq!(mesh.select("two", &Selection::Nearest([0.25, 0.0, 0.0])).unwrap().nodes, 2);
+    let three = edge.and(Selection::HalfSpace([0.0, 0.9, 0.0], [0.0, 1.0, 0.0]));
     assert_eq!(mesh.select("corner", &three).unwrap().nodes, 1);
     // Sides, but for the top: facets by their normal keep nodes inside the body out.
-    let round = Selection::facing(Z, 45.0)
-        .opposite()
-        .and(Selection::facing([0.0, 0.0, -1.0], 45.0).opposite());
+    let round = opposite(Selection::Facing(Z, 45.0))
+        .and(opposite(Selection::Facing([0.0, 0.0, -1.0], 45.0)));
     assert_eq!(mesh.select("round", &round).unwrap().facets, 2 * (4 * 2 * 2 + 2 * 2 * 2));
     // A union keeps the nodes of the parts that normals do not decide, inside the body too.
-    let top = Selection::facing(Z, 10.0);
-    let inside = Selection::nearest([1.0, 0.5, 0.5]);
-    let union = mesh.select("union", &Selection::any([top, inside])).unwrap();
+    let top = Selection::Facing(Z, 10.0);
+    let inside = Selection::Nearest([1.0, 0.5, 0.5]);
+    let union = mesh.select("union", &Selection::Any(vec![top, inside])).unwrap();
     assert_eq!((union.nodes, union.facets), (5 * 3 + 1, 2 * 4 * 2));
 }
 
@@ -103,13 +106,13 @@ fn an_empty_selection_says_how_near_the_nearest_came() {
     let message = refuse(Selection::plane([2.5, 0.0, 0.0], X));
     assert!(message.contains("`s` holds nothing: the plane holds none of 45 nodes"), "{message}");
     assert!(message.contains("at [2, 0, 0], misses it by 0.5"), "{message}");
-    let message = refuse(Selection::facing([1.0, 0.0, 1.0], 10.0));
+    let message = refuse(Selection::Facing([1.0, 0.0, 1.0], 10.0));
     assert!(
         message.contains("none of 80 facets, of which the nearest is 45 degrees away"),
         "{message}"
     );
     let message =
-        refuse(Selection::plane([0.0; 3], X).and(Selection::sphere([2.0, 0.0, 0.0], 0.1)));
+        refuse(Selection::plane([0.0; 3], X).and(Selection::Sphere([2.0, 0.0, 0.0], 0.1)));
     assert!(
         message.contains(
             "the plane holds 9 of 45 nodes, the sphere holds 1 of 45 nodes; none is in all"
@@ -147,14 +150,14 @@ fn senseless_selections_are_refused() {
     let mut refuse = |selection: Selection| mesh.select("s", &selection).unwrap_err().to_string();
     let plane = refuse(Selection::plane([0.0; 3], [0.0; 3]));
     assert!(plane.starts_with("[0, 0, 0] is not a direction"), "{plane}");
-    let facing = refuse(Selection::facing(X, 190.0));
+    let facing = refuse(Selection::Facing(X, 190.0));
     assert!(facing.starts_with("190 is not an angle"), "{facing}");
-    assert!(refuse(Selection::sphere([0.0; 3], -1.0)).starts_with("the radius is -1;"));
-    let nearest = refuse(Selection::nearest([f64::NAN; 3]));
+    assert!(refuse(Selection::Sphere([0.0; 3], -1.0)).starts_with("the radius is -1;"));
+    let nearest = refuse(Selection::Nearest([f64::NAN; 3]));
     assert!(nearest.starts_with("[NaN, NaN, NaN] is not a point"), "{nearest}");
-    let cuboid = refuse(Selection::cuboid([0.0, 2.0, 0.0], X));
+    let cuboid = refuse(Selection::Box([0.0, 2.0, 0.0], X));
     assert!(cuboid.starts_with("along y the box goes from 2 to 0;"), "{cuboid}");
     assert!(refuse(Selection::set("y_mix")).contains("y_max"));
-    assert!(refuse(Selection::any([])).contains("no selections"));
+    assert!(refuse(Selection::Any(vec![])).contains("no selections"));
     assert!(refuse(Selection::near(&Mesh::default(), 1.0)).contains("without triangles"));
 }

@@ -1,9 +1,9 @@
 //! Surfaces in files: those of VTK are what they were made from, our own come back as they were, damaged ones are named.
 
-use crate::legacy::{VtkEncoding, to_stl_text, to_vtk_surface};
+use crate::legacy::{VtkEncoding, to_stl, to_stl_text, to_vtk_surface, to_vtp};
 use sinew_mesh::{
     Facet, Field, TriangleMesh, boundary_facets, box_tetrahedra, extract_surface, parse,
-    parse_mesh, read_mesh, to_stl, to_vtp,
+    parse_mesh, read_mesh,
 };
 use std::path::PathBuf;
 
@@ -92,12 +92,12 @@ fn our_own_files_come_back() {
     let whole = [
         to_vtk_surface(&mesh, VtkEncoding::Ascii),
         to_vtk_surface(&mesh, VtkEncoding::Binary),
-        to_vtp(&mesh).unwrap(),
+        to_vtp(&mesh),
     ];
     for file in whole {
         assert_eq!(parse_mesh::<3>("surface", &file).unwrap().0, mesh);
     }
-    for file in [to_stl_text(&mesh), to_stl(&mesh).unwrap()] {
+    for file in [to_stl_text(&mesh), to_stl(&mesh)] {
         let (again, _) = parse_mesh::<3>("surface.stl", &file).unwrap();
         // These coordinates are exact in single precision too, and corners are one point again.
         assert_eq!((corners(&again), again.points.len()), (corners(&mesh), mesh.points.len()));
@@ -105,7 +105,7 @@ fn our_own_files_come_back() {
     let folder = tempfile::tempdir().unwrap();
     for (ending, file) in [("vtp", to_vtp(&mesh)), ("STL", to_stl(&mesh))] {
         let path = folder.path().join(format!("surface.{ending}"));
-        std::fs::write(&path, file.unwrap()).unwrap();
+        std::fs::write(&path, file).unwrap();
         assert_eq!(read_mesh::<3>(&path).unwrap().0.cells.len(), mesh.cells.len());
     }
 }
@@ -132,7 +132,7 @@ fn a_byte_order_mark_changes_nothing_but_places() {
     let files = [
         ("surface.stl", to_stl_text(&mesh)),
         ("surface.vtk", to_vtk_surface(&mesh, VtkEncoding::Binary)),
-        ("surface.vtp", to_vtp(&mesh).unwrap()),
+        ("surface.vtp", to_vtp(&mesh)),
         ("plate.msh", std::fs::read(fixture("gmsh_plate.msh")).unwrap()),
     ];
     for (name, file) in files {
@@ -156,7 +156,7 @@ fn damaged_surfaces_are_named_with_their_place() {
     let error =
         refused("a.stl", b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 x\n");
     assert!(error.contains("line 5") && error.contains("`x`"), "{error}");
-    let mut binary = to_stl(&surface()).unwrap();
+    let mut binary = to_stl(&surface());
     binary.truncate(binary.len() - 20);
     let error = refused("a.STL", &binary);
     assert!(error.contains("triangles: only") && error.contains("byte 80"), "{error}");
@@ -169,7 +169,7 @@ fn damaged_surfaces_are_named_with_their_place() {
         text.replace(&format!("POLYGONS {} ", cells + 1), "POLYGONS 9 ").as_bytes(),
     );
     assert!(error.contains("an offset of a cell"), "{error}");
-    let xml = String::from_utf8(to_vtp(&surface()).unwrap()).unwrap();
+    let xml = String::from_utf8(to_vtp(&surface())).unwrap();
     let error = refused("a.vtp", xml.replace("\"offsets\"", "\"ends\"").as_bytes());
     assert!(error.contains("an array named offsets"), "{error}");
 }

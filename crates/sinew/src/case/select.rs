@@ -36,7 +36,7 @@ pub struct Select {
     pub not: Option<Box<Select>>,
 }
 
-/// See [`Selection::near_plane`].
+/// See [`Selection::plane`].
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SelectPlane {
@@ -49,7 +49,7 @@ pub struct SelectPlane {
     pub within: f64,
 }
 
-/// See [`Selection::half_space`].
+/// See [`Selection::HalfSpace`].
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SelectBeyond {
@@ -59,7 +59,7 @@ pub struct SelectBeyond {
     pub normal: Exactly<f64, 3>,
 }
 
-/// See [`Selection::cuboid`].
+/// See [`Selection::Box`].
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SelectBox {
@@ -69,7 +69,7 @@ pub struct SelectBox {
     pub max: Exactly<f64, 3>,
 }
 
-/// See [`Selection::sphere`].
+/// See [`Selection::Sphere`].
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SelectSphere {
@@ -79,7 +79,7 @@ pub struct SelectSphere {
     pub radius: f64,
 }
 
-/// See [`Selection::facing`].
+/// See [`Selection::Facing`].
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SelectFacing {
@@ -127,12 +127,12 @@ impl Select {
         let Self { plane, beyond, cuboid, sphere, facing, near, nearest, set, between, any, not } =
             self;
         let mut all: Vec<Selection> = Vec::new();
-        all.extend(plane.map(|p| Selection::near_plane(p.point.0, p.normal.0, p.within)));
-        all.extend(beyond.map(|p| Selection::half_space(p.point.0, p.normal.0)));
-        all.extend(cuboid.map(|b| Selection::cuboid(b.min.0, b.max.0)));
-        all.extend(sphere.map(|s| Selection::sphere(s.centre.0, s.radius)));
-        all.extend(facing.map(|f| Selection::facing(f.direction.0, f.degrees)));
-        all.extend(nearest.map(|point| Selection::nearest(point.0)));
+        all.extend(plane.map(|p| Selection::Plane(p.point.0, p.normal.0, p.within)));
+        all.extend(beyond.map(|p| Selection::HalfSpace(p.point.0, p.normal.0)));
+        all.extend(cuboid.map(|b| Selection::Box(b.min.0, b.max.0)));
+        all.extend(sphere.map(|s| Selection::Sphere(s.centre.0, s.radius)));
+        all.extend(facing.map(|f| Selection::Facing(f.direction.0, f.degrees)));
+        all.extend(nearest.map(|point| Selection::Nearest(point.0)));
         all.extend(set.clone().map(Selection::set));
         let regions = between.as_ref().map(|Exactly(regions)| regions.each_ref().map(cell_name));
         all.extend(regions.map(|[a, b]| Selection::between(a, b)));
@@ -141,10 +141,10 @@ impl Select {
         }
         if let Some(any) = any {
             let any = any.iter().map(|one| one.selection(scale)).collect::<Result<Vec<_>, _>>()?;
-            all.push(Selection::any(any));
+            all.push(Selection::Any(any));
         }
         if let Some(not) = not {
-            all.push(not.selection(scale)?.opposite());
+            all.push(Selection::Not(Box::new(not.selection(scale)?)));
         }
         all.into_iter().reduce(Selection::and).ok_or_else(|| {
             "give at least one of plane, beyond, box, sphere, facing, near, nearest, set, between, any and not".into()

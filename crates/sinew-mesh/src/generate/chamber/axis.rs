@@ -1,11 +1,10 @@
 //! The axis of a ventricle, and the plane of its base.
 
-use super::error::{ChamberError, Result, shown};
 use super::size::Trim;
-use super::trees::{Point, Trees};
-use crate::TriangleMesh;
+use super::trees::{Point, Result, Trees, shown};
 use crate::geometry::merged;
 use crate::quality::Spread;
+use crate::{Refusal, TriangleMesh};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
@@ -75,7 +74,7 @@ impl Axis {
                 let (point, normal) = (Point::from(point), Point::from(normal));
                 let finite = point.iter().chain(&normal).all(|x| x.is_finite());
                 let normal = normal.try_normalize(0.0).filter(|_| finite).ok_or_else(|| {
-                    ChamberError("the plane of the base has no normal; give a fraction between 0 and 1, or a point and a normal of finite length".into())
+                    Refusal("the plane of the base has no normal; give a fraction between 0 and 1, or a point and a normal of finite length".into())
                 })?;
                 let centroid = self.points.iter().sum::<Point>() / self.points.len() as f64;
                 let away = if self.length > 0.0 { self.up } else { point - centroid };
@@ -86,12 +85,12 @@ impl Axis {
                 let start = middle - normal * (middle - point).dot(&normal);
                 Ok(Some(Section::new(trees, start, normal)?.base(self)))
             }
-            _ if self.rim.is_empty() => Err(ChamberError("the endocardium is closed, so nothing says where its base is; give the plane of the base: a point and a normal".into())),
+            _ if self.rim.is_empty() => Err(Refusal("the endocardium is closed, so nothing says where its base is; give the plane of the base: a point and a normal".into())),
             Trim::Fraction(part) if part > 0.0 && part <= 1.0 => {
                 let start = self.apex + self.up * (part.min(1.0 - BELOW) * self.length);
                 Ok(Some(Section::new(trees, start, self.up)?.base(self)))
             }
-            Trim::Fraction(part) => Err(ChamberError(format!(
+            Trim::Fraction(part) => Err(Refusal(format!(
                 "the base cannot be at {part} of the axis; give a fraction between 0 and 1, or a point and a normal of finite length"
             ))),
             Trim::Auto => Ok(self.highest(trees)),
@@ -114,9 +113,9 @@ impl Axis {
         None
     }
 
-    pub(super) fn no_base(&self) -> ChamberError {
+    pub(super) fn no_base(&self) -> Refusal {
         let [apex, axis] = [self.apex, self.up].map(shown);
-        ChamberError(format!(
+        Refusal(format!(
             "no plane across the axis from {apex} along {axis} cuts a whole wall below the valves; give the plane of the base: a point and a normal"
         ))
     }
@@ -194,13 +193,13 @@ pub(super) fn wall(trees: &Trees, origin: Point, direction: Point) -> Result<Poi
     let hits = trees.endocardium.hits(origin, direction);
     let (Some(&first), Some(&last)) = (hits.first(), hits.last()) else {
         let [from, way] = [origin, direction].map(shown);
-        return Err(ChamberError(format!(
+        return Err(Refusal(format!(
             "the endocardium has a hole below the base: nothing lies from {from} along {way}; put the base further down, or close the hole"
         )));
     };
     let point = origin + direction * first;
     if last - first > SAME * last {
-        return Err(ChamberError(format!(
+        return Err(Refusal(format!(
             "seen from its axis the endocardium lies behind itself at {}; smooth its folds and papillary muscles, or put the base further down",
             shown(point)
         )));

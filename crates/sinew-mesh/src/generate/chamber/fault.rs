@@ -1,10 +1,9 @@
 //! Faults of surfaces that no wall lies between: units, places, pieces and rims.
 
 use super::axis::rims;
-use super::error::{ChamberError, shown};
-use super::trees::{Point, Trees};
+use super::trees::{Point, Trees, shown};
 use crate::geometry::{bounds, merged};
-use crate::{TriangleMesh, extents};
+use crate::{Refusal, TriangleMesh, extents};
 use sinew_num::connected_cells;
 use std::cmp::Reverse;
 
@@ -19,7 +18,7 @@ const APART: f64 = 0.1;
 const SAME: f64 = 1e-6;
 
 /// The first fault of the surfaces of a chamber that has no base.
-pub(super) fn of([inner, outer]: [&TriangleMesh; 2], trees: &Trees) -> Option<ChamberError> {
+pub(super) fn of([inner, outer]: [&TriangleMesh; 2], trees: &Trees) -> Option<Refusal> {
     // An island far away changes places.
     pieces("endocardium", inner)
         .or_else(|| places(inner, outer, trees))
@@ -45,7 +44,7 @@ fn robust_length(surface: &TriangleMesh) -> f64 {
 }
 
 /// Different units, of which the sizes of the surfaces tell.
-pub(super) fn units(inner: &TriangleMesh, outer: &TriangleMesh) -> Option<ChamberError> {
+pub(super) fn units(inner: &TriangleMesh, outer: &TriangleMesh) -> Option<Refusal> {
     let [endocardium, epicardium] = [inner, outer].map(length);
     let ratio = robust_length(inner) / robust_length(outer);
     let found = UNITS.into_iter().find_map(|(size, [large, small])| {
@@ -56,18 +55,18 @@ pub(super) fn units(inner: &TriangleMesh, outer: &TriangleMesh) -> Option<Chambe
         }
     });
     let (ratio, [inner, outer]) = found?;
-    Some(ChamberError(format!(
+    Some(Refusal(format!(
         "the endocardium is {endocardium:.3} long and the epicardium {epicardium:.3}, a factor near {ratio} too far apart: the endocardium seems to be in {inner}, the epicardium in {outer}; give both in one unit"
     )))
 }
 
 /// One surface in the place of both, each in the place of the other, or both apart.
-fn places(inner: &TriangleMesh, outer: &TriangleMesh, trees: &Trees) -> Option<ChamberError> {
+fn places(inner: &TriangleMesh, outer: &TriangleMesh, trees: &Trees) -> Option<Refusal> {
     let points: Vec<Point> = inner.points.iter().map(|&x| Point::from(x)).collect();
     let [endocardium, epicardium] = [inner, outer].map(length);
     let distance = points.iter().map(|x| trees.epicardium.distance(*x)).fold(0.0, f64::max);
     if distance <= SAME * endocardium {
-        return Some(ChamberError(format!(
+        return Some(Refusal(format!(
             "the endocardium and the epicardium are the same surface: no point of one is farther than {distance:.1e} from the other; give two surfaces"
         )));
     }
@@ -85,7 +84,7 @@ fn places(inner: &TriangleMesh, outer: &TriangleMesh, trees: &Trees) -> Option<C
     let slack = 0.01 * endocardium;
     let encloses = (0..3).all(|i| low[i] - slack <= least[i] && most[i] <= high[i] + slack);
     if encloses && 2 * behind > of {
-        return Some(ChamberError(format!(
+        return Some(Refusal(format!(
             "the epicardium, {epicardium:.3} long, lies inside of the endocardium, {endocardium:.3} long; give each in the place of the other"
         )));
     }
@@ -94,25 +93,25 @@ fn places(inner: &TriangleMesh, outer: &TriangleMesh, trees: &Trees) -> Option<C
     }
     let count = points.iter().filter(|x| !in_box(x) || is_behind(x)).count();
     let shift = (low + high - least - most).norm() / 2.0;
-    Some(ChamberError(format!(
+    Some(Refusal(format!(
         "{count} of {of} points of the endocardium lie outside of the epicardium, and the middles of the two are {shift:.3} apart; give both in one frame of coordinates"
     )))
 }
 
 /// Several pieces without a common point.
-fn pieces(surface: &'static str, of: &TriangleMesh) -> Option<ChamberError> {
+fn pieces(surface: &'static str, of: &TriangleMesh) -> Option<Refusal> {
     let place = merged(&of.points, |_| 0.0);
     let cells: Vec<_> = of.cells.iter().map(|cell| cell.map(|node| place[node])).collect();
     let (pieces, [first, second], at) = parts(of, &cells)?;
-    Some(ChamberError(format!(
+    Some(Refusal(format!(
         "the {surface} has {pieces} pieces without a common point, the largest of {first} triangles and the next of {second} at {at}; remove the pieces that do not belong to it"
     )))
 }
 
 /// Several rims: beside the valves, triangles are missing.
-fn holes(surface: &'static str, of: &TriangleMesh) -> Option<ChamberError> {
+fn holes(surface: &'static str, of: &TriangleMesh) -> Option<Refusal> {
     let (rims, [first, second], at) = parts(of, &rims(of))?;
-    Some(ChamberError(format!(
+    Some(Refusal(format!(
         "the {surface} has {rims} rims, the longest of {first} edges and the next of {second} at {at}, and no plane below the valves cuts a whole wall; close the holes, or give the plane of the base: a point and a normal"
     )))
 }

@@ -1,10 +1,9 @@
 //! The grid on the endocardium.
 
 use super::axis::{Base, Section, frame, wall};
-use super::error::Result;
 use super::outside::is_rim;
 use super::size::Lengths;
-use super::trees::{Point, Trees};
+use super::trees::{Point, Result, Trees};
 use crate::generate::ventricle::Disk;
 use crate::generate::wall::Sheet;
 use crate::quality::Spread;

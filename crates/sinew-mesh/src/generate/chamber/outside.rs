@@ -1,8 +1,8 @@
 //! Outer nodes of the wall: from the endocardium to the nearest outer surface.
 
 use super::axis::Base;
-use super::error::{ChamberError, Result, shown};
-use super::trees::{Point, Trees};
+use super::trees::{Point, Result, Trees, shown};
+use crate::Refusal;
 use crate::generate::wall::Sheet;
 use crate::quality::Spread;
 use std::collections::BTreeSet;
@@ -50,13 +50,13 @@ pub(super) fn carry(
     if missed as f64 > MISSED * met.len() as f64 {
         let first = met.iter().position(Option::is_none).unwrap_or_default();
         let (of, at) = (met.len(), shown(inner[first]));
-        return Err(ChamberError(format!(
+        return Err(Refusal(format!(
             "{missed} of {of} nodes of the endocardium have no outer surface along their normal, the first at {at}; give the epicardium around it, in the same unit, and the septum if there is one"
         )));
     }
     let raw: Vec<f64> = met.iter().map(|hit| hit.map_or(f64::INFINITY, |hit| hit.0)).collect();
     if let Some(thin) = raw.iter().position(|&way| way < THIN * middle) {
-        return Err(ChamberError(format!(
+        return Err(Refusal(format!(
             "the wall has no thickness at {}; part the surfaces there, or put the base further down",
             shown(inner[thin])
         )));

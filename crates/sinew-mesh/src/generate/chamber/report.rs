@@ -2,10 +2,9 @@
 
 use super::Chamber;
 use super::axis::Base;
-use super::error::shown;
 use super::fit::POLE;
 use super::outside::Outside;
-use super::trees::{Point, Trees};
+use super::trees::{Point, Trees, shown};
 use crate::quality::Spread;
 use crate::{
     Facet, QualitySummary, TetMesh, TriangleMesh, boundary_facets, extract_surface, quality,

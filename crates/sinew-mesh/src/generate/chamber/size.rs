@@ -1,6 +1,7 @@
 //! Options for the mesh of a wall, and numbers of its cells.
 
-use super::error::{ChamberError, Result};
+use super::trees::Result;
+use crate::Refusal;
 
 /// Factor between the edge sizes tried for a given number of nodes.
 const FINER: f64 = 0.98;
@@ -71,7 +72,7 @@ type Cells = [usize; 3];
 impl Lengths {
     pub(super) fn cells(&self, options: &WallOptions) -> Result<Cells> {
         let fail = |what: String| {
-            Err(ChamberError(format!(
+            Err(Refusal(format!(
                 "{what}; give 60 to 3000000 nodes, or a positive length of edges, and at least one layer"
             )))
         };

@@ -1,9 +1,19 @@
 //! The surfaces of a chamber, met by rays.
 
+use crate::Refusal;
 use crate::tree::SurfaceTree;
 use nalgebra::Vector3;
 
 pub(super) type Point = Vector3<f64>;
+
+/// Result of a step towards a wall.
+pub(super) type Result<T, E = Refusal> = std::result::Result<T, E>;
+
+/// A point or direction as people read it.
+pub(super) fn shown(point: impl Into<[f64; 3]>) -> String {
+    let [x, y, z] = point.into();
+    format!("({x:.3}, {y:.3}, {z:.3})")
+}
 
 /// Hits nearer than this, relative to the ray's direction of unit length, are the surface that the ray leaves \[length\].
 const LEAVES: f64 = 1e-9;
