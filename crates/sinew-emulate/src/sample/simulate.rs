@@ -23,13 +23,16 @@ pub const MOST_COMPARED: usize = 5;
 pub(crate) const LARGEST_COMPARED: usize = 500_000;
 
 /// Parameters with their equilibria.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Simulations {
     /// Parameters, sample by sample.
+    #[serde(skip)]
     pub thetas: Vec<Vec<f64>>,
     /// Displacements, sample by sample, node by node \[length\].
+    #[serde(skip)]
     pub fields: Vec<Vec<f64>>,
     /// Fields of pressure of mixed elements, sample by sample \[stress\]; none for other bodies. Not stored.
+    #[serde(skip)]
     pub pressures: Vec<Vec<f64>>,
     /// Samples that have no solution.
     pub failures: Vec<Failure>,
@@ -37,11 +40,14 @@ pub struct Simulations {
     /// solutions of a hundred samples are compared, of bodies with more than 500 000 unknowns none: those whose search met an indefinite stiffness.
     pub branched: Vec<Vec<f64>>,
     /// Number of solutions that were compared. Not stored.
+    #[serde(skip)]
     pub compared: usize,
     /// Parameters whose solution may be on another branch than that of a rising load: those of `branched`, and those that were not
     /// compared. Not stored.
+    #[serde(skip)]
     pub jumped: Vec<Vec<f64>>,
     /// Parameters whose solution is an unstable equilibrium, as of a straight column beyond its Euler load.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unstable: Vec<Vec<f64>>,
     /// Wall time of all solves on all threads \[s\].
     pub seconds: f64,
@@ -60,28 +66,21 @@ pub struct Failure {
 
 /// Log stored beside the fields; written last, so that it says how many rows count.
 #[derive(Serialize, Deserialize)]
-struct Log {
-    body: Identity,
+struct Log<B, S> {
+    body: B,
     /// Samples that were tried.
     tried: usize,
-    failures: Vec<Failure>,
-    branched: Vec<Vec<f64>>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    unstable: Vec<Vec<f64>>,
-    seconds: f64,
-    solve_seconds: Vec<f64>,
+    #[serde(flatten)]
+    found: S,
     /// CRC-32 of this log without checksums, of the parameters and of the fields. Only the rows that the log counts enter:
     /// a killed run may have written more.
     checksums: [u32; 3],
 }
 
-impl Log {
-    fn sums(&self, thetas: &[Vec<f64>], fields: &[Vec<f64>]) -> [u32; 3] {
-        let Self { body, tried, failures, branched, unstable, seconds, solve_seconds, .. } = self;
-        let own =
-            format!("{body:?} {tried} {failures:?} {branched:?} {seconds:?} {solve_seconds:?}");
-        [checksum(&own, unstable), checksum("", thetas), checksum("", fields)]
-    }
+fn sums(body: &Identity, tried: usize, found: &Simulations) -> [u32; 3] {
+    let Simulations { failures, branched, unstable, seconds, solve_seconds, .. } = found;
+    let own = format!("{body:?} {tried} {failures:?} {branched:?} {seconds:?} {solve_seconds:?}");
+    [checksum(&own, unstable), checksum("", &found.thetas), checksum("", &found.fields)]
 }
 
 /// CRC-32 of a text and of rows of numbers behind it.
@@ -246,13 +245,8 @@ pub(crate) fn store(
 ) -> Result<()> {
     write_table(&folder.join(THETAS), &simulations.thetas)?;
     write_table(&folder.join(FIELDS), &simulations.fields)?;
-    let Simulations { failures, branched, unstable, seconds, solve_seconds, .. } =
-        simulations.clone();
-    let (body, checksums) = (body.clone(), [0; 3]);
-    let mut log =
-        Log { body, tried, failures, branched, unstable, seconds, solve_seconds, checksums };
-    log.checksums = log.sums(&simulations.thetas, &simulations.fields);
-    write_json(&folder.join(LOG), &log)
+    let checksums = sums(body, tried, simulations);
+    write_json(&folder.join(LOG), &Log { body, tried, found: simulations, checksums })
 }
 
 /// Simulations of a body that [`simulate`] or [`crate::merge`] left in a folder, whatever their parameters.
@@ -271,15 +265,16 @@ pub fn read_simulations(body: &Body, folder: &Path) -> Result<Simulations> {
 
 /// Simulations of a body in a folder, and how many samples were tried; `None` where it holds no simulations.
 pub(crate) fn read(folder: &Path, body: &Identity) -> Result<Option<(usize, Simulations)>> {
-    let Some(log) = read_json::<Log>(&folder.join(LOG))? else { return Ok(None) };
-    let solved = log.solve_seconds.len();
+    let Some(log) = read_json(&folder.join(LOG))? else { return Ok(None) };
+    let Log::<Identity, Simulations> { body: stored, tried, mut found, checksums } = log;
+    let solved = found.solve_seconds.len();
     let rows = |name: &str| -> Result<Vec<Vec<f64>>> {
         let mut rows = read_table(&folder.join(name))?;
         rows.truncate(solved);
         Ok(rows)
     };
-    let (thetas, fields) = (rows(THETAS)?, rows(FIELDS)?);
-    let sums = log.checksums.into_iter().zip(log.sums(&thetas, &fields));
+    (found.thetas, found.fields) = (rows(THETAS)?, rows(FIELDS)?);
+    let sums = checksums.into_iter().zip(sums(&stored, tried, &found));
     for (name, (stored, found)) in [LOG, THETAS, FIELDS].into_iter().zip(sums) {
         require_usable(stored == found, || {
             format!(
@@ -288,12 +283,8 @@ pub(crate) fn read(folder: &Path, body: &Identity) -> Result<Option<(usize, Simu
             )
         })?;
     }
-    let Log { body: stored, tried, failures, branched, unstable, seconds, solve_seconds, .. } = log;
     let same = identity::difference(&stored, body).is_none();
     ensure(same, Error::OtherSamples { folder: folder.into() })?;
-    let empty = Simulations::default();
-    let told = Simulations { failures, branched, unstable, ..empty };
-    let found = Simulations { thetas, fields, seconds, solve_seconds, ..told };
     Ok(Some((tried, found)))
 }
 
