@@ -261,9 +261,7 @@ impl Image<'_> {
         if rest.element().dimension != 3 {
             return Ok(());
         }
-        let (triangles, cells) = rest.boundary_triangles();
-        let points = rest.points().to_vec();
-        let surface = TriangleMesh { points, cells: triangles, ..TriangleMesh::default() };
+        let (surface, cells) = rest.boundary_surface();
         let found = self_intersections(&surface);
         if found.is_empty() {
             return Ok(());
