@@ -107,8 +107,11 @@ pub(crate) fn add_pressure(response: &mut Response, h: &Mat3<f64>, pressure: f64
 
 /// `A : dH`.
 pub(crate) fn tangent_times(tangent: &[[f64; 9]; 9], dh: &Mat3<f64>) -> Mat3<f64> {
-    let flat = dh.0.as_flattened();
-    Mat3::from_fn(|i, j| tangent[3 * i + j].iter().zip(flat).map(|(a, h)| a * h).sum())
+    let (flat, mut product) = (dh.0.as_flattened(), Mat3::ZERO);
+    for (entry, row) in product.0.as_flattened_mut().iter_mut().zip(tangent) {
+        *entry = row.iter().zip(flat).map(|(a, h)| a * h).sum();
+    }
+    product
 }
 
 /// `A B`.

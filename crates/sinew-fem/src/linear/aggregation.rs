@@ -141,18 +141,18 @@ impl Aggregation {
         (pattern.gathered(&solution), iterations, end)
     }
 
-    /// An approximation of the inverse of the last matrix times a vector, by a V-cycle; NaN without a hierarchy.
-    pub(crate) fn cycle(&self) -> impl FnMut(&[f64]) -> Vec<f64> + '_ {
-        let mut parts =
-            self.pattern.as_ref().zip(self.hierarchy.as_ref().map(Multigrid::preconditioner));
-        move |from| match &mut parts {
+    /// Multiplies a vector by an approximation of the inverse of the last matrix, a V-cycle; NaN without a hierarchy.
+    pub(crate) fn cycle(&self) -> impl FnMut(&mut [f64]) + '_ {
+        let hierarchy = self.hierarchy.as_ref().map(Multigrid::preconditioner);
+        let mut parts = self.pattern.as_ref().zip(hierarchy);
+        move |vector| match &mut parts {
             Some((pattern, precondition)) => {
-                let right = pattern.scattered(from, self.mean);
+                let right = pattern.scattered(vector, self.mean);
                 let mut solution = right.clone();
                 precondition(&right, &mut solution);
-                pattern.gathered(&solution)
+                vector.copy_from_slice(&pattern.gathered(&solution));
             }
-            None => vec![f64::NAN; from.len()],
+            None => vector.fill(f64::NAN),
         }
     }
 }

@@ -166,10 +166,12 @@ impl<'a> Enriched<'a> {
             let mut forces = Forces::default();
             self.for_points(cell, |point, tangent, gradients, volume| {
                 let stress = stress(point, tangent, self.modes_of(cell), gradients);
-                let shape = self.body.shape_of_point(point).iter();
-                let of_nodes = forces.nodes.iter_mut().zip(shape);
-                let of_modes = forces.modes.iter_mut().zip(gradients);
-                of_nodes.chain(of_modes).for_each(|(to, g)| add(to, volume, &stress.apply(g)));
+                for (to, g) in forces.nodes.iter_mut().zip(self.body.shape_of_point(point)) {
+                    add_force(to, volume, &stress, g);
+                }
+                for (to, g) in forces.modes.iter_mut().zip(gradients) {
+                    add_force(to, volume, &stress, g);
+                }
             });
             forces
         };
@@ -195,7 +197,11 @@ impl<'a> Enriched<'a> {
         self.forces(|_, tangent, modes, gradients| {
             let mut h = Mat3::ZERO;
             for (&mode, g) in modes.iter().zip(gradients) {
-                (0..3).for_each(|i| add(&mut h.0[i], values[mode][i], g));
+                for i in 0..3 {
+                    for j in 0..3 {
+                        h.0[i][j] += values[mode][i] * g[j];
+                    }
+                }
             }
             tangent_times(tangent, &h)
         })
@@ -260,6 +266,12 @@ impl<'a> Enriched<'a> {
     fn project(&self, forces: &mut Modes) {
         let pairs = forces.iter_mut().zip(&self.free);
         pairs.for_each(|(force, free)| *force = (free * Vector3::from(*force)).into());
+    }
+}
+
+fn add_force(to: &mut [f64; 3], volume: f64, Mat3(stress): &Mat3<f64>, g: &[f64; 3]) {
+    for (to, row) in to.iter_mut().zip(stress) {
+        *to += volume * (row[0] * g[0] + row[1] * g[1] + row[2] * g[2]);
     }
 }
 

@@ -5,21 +5,15 @@ use crate::elements::{
     PointState, PredictedStress, State, System, Unknowns, inadmissible, inverse, mean_stress, place,
 };
 use crate::linear::systems::CORRECTION;
-use crate::linear::{End, MOST_ITERATIONS, add, conjugate_gradients, dot};
+use crate::linear::{End, add, conjugate_gradients, dot};
 use crate::{Method, Result, SolveError};
 use sinew_energy::{Body, with_nodes};
 use sinew_num::{Mat3, on_ready_threads};
 
-/// Part of the energy of the modes that the last steps of the conjugate gradients may add; the larger one before a direction of negative
-/// curvature.
-const ACCURACY: f64 = 0.005;
-const ROUGH: f64 = 0.05;
 /// Error of a response by conjugate gradients on nodes and modes \[relative, in the energy norm\].
-const NEARLY: f64 = 0.05;
-/// Number of these steps.
-const LAST: usize = 3;
+const NEARLY: f64 = 0.1;
 /// Most steps; a body that takes more loses most of its displacement, and its estimate is a lower bound.
-const MOST_STEPS: usize = 100;
+const MOST_STEPS: usize = 200;
 
 /// Change of the displacement with all loads, \[length\] per load factor.
 struct Responses {
@@ -117,11 +111,7 @@ impl System<'_> {
         residual.as_flattened_mut().iter_mut().for_each(|force| *force = -*force);
         enriched.add_loads(displacement, theta, &mut residual);
         let mut better = linear.clone();
-        let definite = stable
-            && match self.iterates {
-                true => self.relax(&enriched, &residual, &mut better),
-                false => self.relax_modes(&enriched, residual, &mut better),
-            };
+        let definite = stable && self.relax(&enriched, &residual, &mut better);
         let linear = if body.patches.is_empty() { linear } else { own.clone() };
         Ok(Responses { own, linear, better, definite })
     }
@@ -187,8 +177,8 @@ impl System<'_> {
         }
     }
 
-    /// Conjugate gradients on nodes and modes together: a V-cycle preconditions the nodes, their diagonal blocks the modes. Moves the nodes; false where
-    /// the curvature is not positive.
+    /// Conjugate gradients on nodes and modes together: the factor or a V-cycle preconditions the nodes, their diagonal blocks the modes. Moves the nodes;
+    /// false where the curvature is not positive.
     fn relax(&self, enriched: &Enriched<'_>, residual: &Modes, displacement: &mut [f64]) -> bool {
         let nodes = self.sparsity.unknowns();
         let mut right = vec![0.0; nodes];
@@ -206,64 +196,19 @@ impl System<'_> {
         let mut cycle = self.aggregation.cycle();
         let precondition = |from: &[f64], to: &mut [f64]| {
             let (of_nodes, of_modes) = from.split_at(nodes);
-            to[..nodes].copy_from_slice(&cycle(of_nodes));
+            to[..nodes].copy_from_slice(of_nodes);
+            match self.iterates {
+                true => cycle(&mut to[..nodes]),
+                false => self.factor.solve(&mut to[..nodes]),
+            }
             let modes = enriched.precondition(of_modes.as_chunks().0);
             to[nodes..].copy_from_slice(modes.as_flattened());
         };
         let (change, _, end) = on_ready_threads(|| {
-            conjugate_gradients(apply, precondition, &right, NEARLY, MOST_ITERATIONS)
+            conjugate_gradients(apply, precondition, &right, NEARLY, MOST_STEPS)
         });
         add(displacement, 1.0, &self.sparsity.scattered(change[..nodes].iter().copied()));
         end != End::NegativeCurvature
-    }
-
-    /// Conjugate gradients on the modes, with the nodes eliminated by the factor (Saad, 9.2); moves the nodes along. False where the
-    /// curvature is not positive before that.
-    fn relax_modes(
-        &self,
-        enriched: &Enriched<'_>,
-        mut residual: Modes,
-        displacement: &mut [f64],
-    ) -> bool {
-        let product = |a: &Modes, b: &Modes| dot(a.as_flattened(), b.as_flattened());
-        let mut direction = enriched.precondition(&residual);
-        let mut size = product(&residual, &direction);
-        let (mut energy, mut last, mut settled) = (0.0, [f64::INFINITY; LAST], None);
-        for step in 0..MOST_STEPS {
-            if size == 0.0 {
-                return true;
-            }
-            let (forces, mut image) = enriched.multiply(&direction);
-            let mut change: Vec<f64> = self.sparsity.gather(&forces).collect();
-            self.back_substitute(&mut change, CORRECTION);
-            let nodal = self.sparsity.scattered(change);
-            add(image.as_flattened_mut(), -1.0, enriched.couple(&nodal).as_flattened());
-            let curvature = product(&direction, &image);
-            // Written so that a NaN is no minimum.
-            let convex = curvature > 0.0;
-            if !convex {
-                settled.iter().for_each(|before: &Vec<f64>| displacement.copy_from_slice(before));
-                return settled.is_some();
-            }
-            let length = size / curvature;
-            add(displacement, -length, &nodal);
-            add(residual.as_flattened_mut(), -length, image.as_flattened());
-            energy += length * size;
-            last[step % LAST] = length * size;
-            let added = last.iter().sum::<f64>() / energy;
-            if added <= ACCURACY {
-                return true;
-            }
-            if added <= ROUGH {
-                settled = Some(displacement.to_vec());
-            }
-            let mut next = enriched.precondition(&residual);
-            let before = size;
-            size = product(&residual, &next);
-            add(next.as_flattened_mut(), size / before, direction.as_flattened());
-            direction = next;
-        }
-        true
     }
 }
 
