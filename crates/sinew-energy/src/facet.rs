@@ -62,14 +62,6 @@ impl FacetRule {
     pub(crate) fn of_products<const N: usize>() -> Self {
         match N {
             4 => Self::face::<3>(3, Mesh::<3>::FINE_QUADRATURE.to_vec()),
-            3 => {
-                let point = |s: f64| FacetPoint {
-                    weight: 1.0,
-                    shape: vec![0.5 * (1.0 - s), 0.5 * (1.0 + s)],
-                    slope: [vec![-0.5, 0.5], vec![0.0; 2]],
-                };
-                Self { points: [-G, G].map(point).into(), ..Self::linear_edge() }
-            }
             _ => Self::of_cells::<N>(),
         }
     }
@@ -113,10 +105,12 @@ impl FacetRule {
     }
 
     fn linear_edge() -> Self {
-        let shape = vec![0.5, 0.5];
-        let slope = [vec![-0.5, 0.5], vec![0.0; 2]];
-        let points = vec![FacetPoint { weight: 2.0, shape, slope }];
-        Self { nodes: 2, corners: 2, dimension: 2, points }
+        let points = [-G, G].map(|s| FacetPoint {
+            weight: 1.0,
+            shape: vec![0.5 * (1.0 - s), 0.5 * (1.0 + s)],
+            slope: [vec![-0.5, 0.5], vec![0.0; 2]],
+        });
+        Self { nodes: 2, corners: 2, dimension: 2, points: points.into() }
     }
 
     fn quadratic_edge() -> Self {

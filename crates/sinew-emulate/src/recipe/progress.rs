@@ -73,12 +73,7 @@ impl<'a> Counter<'a> {
 
     /// Progress within a piece, at most once a second; whether to go on.
     pub fn within(&mut self, message: impl FnOnce() -> String) -> ControlFlow<()> {
-        if self.told.elapsed() < QUIET {
-            return ControlFlow::Continue(());
-        }
-        // What follows the last piece has no pace.
-        let known = self.done < self.count;
-        self.tell_left(&message(), if known { self.seconds_left() } else { f64::INFINITY })
+        if self.told.elapsed() < QUIET { ControlFlow::Continue(()) } else { self.tell(&message()) }
     }
 
     /// Leaves the time before the first piece out of the pace.
@@ -94,20 +89,13 @@ impl<'a> Counter<'a> {
         ensure(!self.broken, Error::Interrupted { stage: self.stage.into() })
     }
 
-    fn seconds_left(&self) -> f64 {
-        match (self.count.saturating_sub(self.done), self.done - self.kept) {
-            (0, _) => 0.0,
-            (_, 0) => f64::INFINITY,
-            (left, done) => self.start.elapsed().as_secs_f64() / done as f64 * left as f64,
-        }
-    }
-
     fn tell(&mut self, message: &str) -> ControlFlow<()> {
-        self.tell_left(message, self.seconds_left())
-    }
-
-    fn tell_left(&mut self, message: &str, seconds_left: f64) -> ControlFlow<()> {
         self.told = Instant::now();
+        let seconds_left = match (self.count.saturating_sub(self.done), self.done - self.kept) {
+            // What follows the last piece has no pace.
+            (0, _) | (_, 0) => f64::INFINITY,
+            (left, done) => self.start.elapsed().as_secs_f64() / done as f64 * left as f64,
+        };
         let flow = self.observer.progress(&Progress {
             stage: self.stage,
             fraction: self.done as f64 / self.count.max(1) as f64,

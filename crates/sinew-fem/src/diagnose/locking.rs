@@ -39,7 +39,7 @@ pub struct LockingWarning {
 /// displacement, and for quadratic ones.
 ///
 /// The stiffness of quadratic simplices, or of hexahedra with incompatible modes, is taken at the displacement of the linear ones, with a
-/// smooth pressure. It gives another response to the loads, by conjugate gradients with the factor of the linear elements. The displacement
+/// smooth pressure. It gives another response to the loads, by conjugate gradients that the linear elements precondition. The displacement
 /// follows from both by the power of the load that it grows with. A solution or a prediction may be judged; the displacement zero is judged by
 /// the response at rest.
 ///
