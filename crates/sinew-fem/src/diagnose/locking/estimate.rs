@@ -208,7 +208,8 @@ impl System<'_> {
             conjugate_gradients(apply, precondition, &right, NEARLY, MOST_STEPS)
         });
         add(displacement, 1.0, &self.sparsity.scattered(change[..nodes].iter().copied()));
-        end != End::NegativeCurvature
+        // Numbers that are not finite leave no change.
+        end == End::Converged || end == End::Failed && change.iter().any(|&x| x != 0.0)
     }
 }
 
