@@ -220,7 +220,7 @@ pub enum Load {
         value: [f64; 3],
     },
     /// An elastic foundation (Robin condition): the force per reference area `−normal (u·n)n −
-    /// tangential (u − (u·n)n)` with the outward normal n at rest. Their energy is integrated over the facets.
+    /// tangential (u − (u·n)n)` with the outward normal n at rest. Its energy is integrated over the facets.
     #[doc(alias("Robin", "spring"))]
     Foundation {
         /// Named facet set.

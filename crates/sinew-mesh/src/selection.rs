@@ -32,13 +32,13 @@ use std::sync::Arc;
 /// ```
 #[derive(Clone, Debug)]
 pub enum Selection {
-    /// Within a distance of a plane through a point with a normal, on either side.
+    /// Within a distance \[length\] of a plane through a point with a normal, on either side.
     Plane([f64; 3], [f64; 3], f64),
     /// Points on the side of a plane through a point that a direction, its normal, points to, with the plane itself.
     HalfSpace([f64; 3], [f64; 3]),
     /// Points in a box along the axes, between its least and its largest corner.
     Box([f64; 3], [f64; 3]),
-    /// Points in a ball, by centre and radius.
+    /// Points in a ball, by centre and radius \[length\].
     Sphere([f64; 3], f64),
     /// Facets of the boundary whose outward normal is at most so many degrees from a direction.
     Facing([f64; 3], f64),

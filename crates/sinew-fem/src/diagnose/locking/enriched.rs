@@ -104,6 +104,11 @@ impl<'a> Enriched<'a> {
         gradients
     }
 
+    /// No displacement of any mode.
+    pub(super) fn zeros(&self) -> Modes {
+        vec![[0.0; 3]; self.free.len()]
+    }
+
     fn modes_of(&self, cell: usize) -> &[usize] {
         &self.modes[self.per_cell * cell..self.per_cell * (cell + 1)]
     }
@@ -155,22 +160,22 @@ impl<'a> Enriched<'a> {
         pairs.map(|(&r, inverse)| (inverse * Vector3::from(r)).into()).collect()
     }
 
-    /// Forces on the nodes and on the modes of a stress at each point of each cell, by the tangent, the modes and their gradients.
+    /// Forces on the nodes and on the modes of a stress for each of them at each point of each cell, by the tangent, the modes and their gradients.
     fn forces(
         &self,
-        stress: impl Fn(usize, &[[f64; 9]; 9], &[usize], &Gradients) -> Mat3<f64> + Sync,
+        stresses: impl Fn(usize, &[[f64; 9]; 9], &[usize], &Gradients) -> [Mat3<f64>; 2] + Sync,
     ) -> (Vec<f64>, Modes) {
         let mut nodal = vec![0.0; self.body.prescribed.len()];
-        let mut own = vec![[0.0; 3]; self.free.len()];
+        let mut own = self.zeros();
         let of_cell = |cell: usize| {
             let mut forces = Forces::default();
             self.for_points(cell, |point, tangent, gradients, volume| {
-                let stress = stress(point, tangent, self.modes_of(cell), gradients);
+                let [on_nodes, on_modes] = stresses(point, tangent, self.modes_of(cell), gradients);
                 for (to, g) in forces.nodes.iter_mut().zip(self.body.shape_of_point(point)) {
-                    add_force(to, volume, &stress, g);
+                    add_force(to, volume, &on_nodes, g);
                 }
                 for (to, g) in forces.modes.iter_mut().zip(gradients) {
-                    add_force(to, volume, &stress, g);
+                    add_force(to, volume, &on_modes, g);
                 }
             });
             forces
@@ -186,15 +191,9 @@ impl<'a> Enriched<'a> {
         (nodal, own)
     }
 
-    /// Forces on the modes of a displacement of the nodes.
-    pub(super) fn couple(&self, displacement: &[f64]) -> Modes {
-        let strain = |point| self.body.displacement_gradient(point, displacement);
-        self.forces(|point, tangent, _, _| tangent_times(tangent, &strain(point))).1
-    }
-
-    /// Forces of the modes on the nodes and on themselves.
-    pub(super) fn multiply(&self, values: &[[f64; 3]]) -> (Vec<f64>, Modes) {
-        self.forces(|_, tangent, modes, gradients| {
+    /// Forces of the modes on the nodes, and of a displacement of the nodes and the modes on the modes.
+    pub(super) fn multiply(&self, displacement: &[f64], values: &[[f64; 3]]) -> (Vec<f64>, Modes) {
+        self.forces(|point, tangent, modes, gradients| {
             let mut h = Mat3::ZERO;
             for (&mode, g) in modes.iter().zip(gradients) {
                 for i in 0..3 {
@@ -203,7 +202,10 @@ impl<'a> Enriched<'a> {
                     }
                 }
             }
-            tangent_times(tangent, &h)
+            let of_modes = tangent_times(tangent, &h);
+            let of_nodes = self.body.displacement_gradient(point, displacement);
+            add(h.0.as_flattened_mut(), 1.0, of_nodes.0.as_flattened());
+            [of_modes, tangent_times(tangent, &h)]
         })
     }
 
@@ -213,7 +215,7 @@ impl<'a> Enriched<'a> {
         stress: impl Fn(usize) -> Mat3<f64> + Sync,
         forces: &mut Modes,
     ) {
-        let (_, more) = self.forces(|point, _, _, _| stress(point));
+        let (_, more) = self.forces(|point, _, _, _| [Mat3::ZERO, stress(point)]);
         add(forces.as_flattened_mut(), 1.0, more.as_flattened());
     }
 

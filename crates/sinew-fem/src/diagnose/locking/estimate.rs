@@ -100,7 +100,7 @@ impl System<'_> {
         }
         let (linear, stable) = self.respond(&rate, &motion)?;
         let enriched = Enriched::new(body, &self.assembly.points);
-        let mut residual = enriched.couple(&linear);
+        let (_, mut residual) = enriched.multiply(&linear, &enriched.zeros());
         if tension.iter().any(|&t| t != 0.0) {
             let rates = body.law_parameters(&tension);
             let gradient = |point: usize| &self.assembly.points[point].h;
@@ -185,13 +185,12 @@ impl System<'_> {
         right.extend(residual.as_flattened());
         let apply = |from: &[f64], to: &mut [f64]| {
             let (of_nodes, of_modes) = from.split_at(nodes);
-            let (forces, own) = enriched.multiply(of_modes.as_chunks().0);
-            let coupled = enriched.couple(&self.sparsity.scattered(of_nodes.iter().copied()));
+            let displacement = self.sparsity.scattered(of_nodes.iter().copied());
+            let (forces, own) = enriched.multiply(&displacement, of_modes.as_chunks().0);
             let (on_nodes, on_modes) = to.split_at_mut(nodes);
             self.sparsity.multiply([&self.assembly.matrix; 2], of_nodes, on_nodes);
             on_nodes.iter_mut().zip(self.sparsity.gather(&forces)).for_each(|(to, f)| *to += f);
             on_modes.copy_from_slice(own.as_flattened());
-            add(on_modes, 1.0, coupled.as_flattened());
         };
         let mut cycle = self.aggregation.cycle();
         let precondition = |from: &[f64], to: &mut [f64]| {
