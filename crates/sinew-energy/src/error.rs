@@ -1,7 +1,7 @@
 //! Errors in a scene or in θ, with numbers and advice.
 
 use crate::law::POSITIVE;
-use sinew_mesh::Defect;
+use sinew_mesh::Refusal;
 use std::ops::RangeInclusive;
 use thiserror::Error;
 
@@ -17,7 +17,7 @@ pub fn listed<T: ToString>(items: &[T]) -> String {
 pub enum SceneError {
     /// The mesh violates a rule of [`sinew_mesh::Mesh::check`].
     #[error(transparent)]
-    Mesh(#[from] Defect),
+    Mesh(#[from] Refusal),
     /// Cells, quadrature, material, factors or known parameters of a body.
     #[error("{0}")]
     Body(String),

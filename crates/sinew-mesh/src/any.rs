@@ -5,8 +5,8 @@ use crate::io::{save, to_xml};
 use crate::topology::Cells;
 use crate::tree::SurfaceTree;
 use crate::{
-    Defect, Element, Facet, Field, HexMesh, MeshError, QuadraticTetMesh, QuadraticTriangleMesh,
-    Refusal, Selected, Selection, TetMesh, TriangleMesh,
+    Element, Facet, Field, HexMesh, MeshError, QuadraticTetMesh, QuadraticTriangleMesh, Refusal,
+    Selected, Selection, TetMesh, TriangleMesh,
 };
 use nalgebra::Vector3;
 use sinew_num::{ascending, connected_components};
@@ -131,7 +131,7 @@ impl AnyMesh {
     ///
     /// # Errors
     /// As [`Mesh::nodes_where_nonzero`](crate::Mesh::nodes_where_nonzero).
-    pub fn nodes_where_nonzero(&self, field: &str) -> Result<Vec<usize>, Defect> {
+    pub fn nodes_where_nonzero(&self, field: &str) -> Result<Vec<usize>, Refusal> {
         with_cells!(self, mesh => mesh.nodes_where_nonzero(field))
     }
 
@@ -159,7 +159,7 @@ impl AnyMesh {
     ///
     /// # Errors
     /// The first defect.
-    pub fn check(&self) -> Result<(), Defect> {
+    pub fn check(&self) -> Result<(), Refusal> {
         with_cells!(self, mesh => mesh.check())
     }
 
@@ -198,7 +198,7 @@ impl AnyMesh {
     /// let points = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.5, 0.5, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 1.0]];
     /// let mesh: AnyMesh = TetMesh::new(points, vec![[0, 1, 2, 3], [1, 5, 4, 6]])?.into();
     /// assert_eq!(mesh.hanging_nodes(), [[4, 0]]); // in the middle of an edge
-    /// # Ok::<(), sinew_mesh::Defect>(())
+    /// # Ok::<(), sinew_mesh::Refusal>(())
     /// ```
     pub fn hanging_nodes(&self) -> Vec<[usize; 2]> {
         /// Distance from the facet \[relative to its longest edge\]: files hold three digits at least.
@@ -272,7 +272,7 @@ impl AnyMesh {
     /// points.extend(box_tetrahedra([1.0; 3], [1; 3]).points.iter().map(|x| x.map(|x| x + 4.2)));
     /// cells.extend(box_tetrahedra([1.0; 3], [1; 3]).cells.iter().map(|cell| cell.map(|node| node + step)));
     /// assert_eq!(AnyMesh::from(TetMesh::new(points, cells)?).enclosed_parts(), [6 * 27]);
-    /// # Ok::<(), sinew_mesh::Defect>(())
+    /// # Ok::<(), sinew_mesh::Refusal>(())
     /// ```
     pub fn enclosed_parts(&self) -> Vec<usize> {
         let of_cells = || self.cells().chunks_exact(self.element().nodes.len());

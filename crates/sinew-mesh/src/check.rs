@@ -1,6 +1,6 @@
 //! The rules every mesh obeys.
 
-use crate::{Defect, Field, Mesh};
+use crate::{Field, Mesh, Refusal};
 use std::collections::BTreeMap;
 
 impl<const N: usize> Mesh<N> {
@@ -8,7 +8,7 @@ impl<const N: usize> Mesh<N> {
     ///
     /// # Errors
     /// The first rule of [`Mesh::check`] that is broken.
-    pub fn new(points: Vec<[f64; 3]>, cells: Vec<[usize; N]>) -> Result<Self, Defect> {
+    pub fn new(points: Vec<[f64; 3]>, cells: Vec<[usize; N]>) -> Result<Self, Refusal> {
         let mesh = Mesh { points, cells, ..Mesh::default() };
         mesh.check()?;
         Ok(mesh)
@@ -21,7 +21,7 @@ impl<const N: usize> Mesh<N> {
     ///
     /// # Errors
     /// The first rule that is broken.
-    pub fn check(&self) -> Result<(), Defect> {
+    pub fn check(&self) -> Result<(), Refusal> {
         check_points(&self.points)?;
         for (index, cell) in self.cells.iter().enumerate() {
             let raw = cell.map(|node| i64::try_from(node).unwrap_or(i64::MAX));
@@ -42,7 +42,7 @@ impl<const N: usize> Mesh<N> {
     }
 
     /// Checks that no cell whose Jacobian varies is folded over at a node.
-    pub(crate) fn check_shapes(&self) -> Result<(), Defect> {
+    pub(crate) fn check_shapes(&self) -> Result<(), Refusal> {
         if N == Self::ELEMENT.dimension + 1 {
             return Ok(());
         }
@@ -51,7 +51,11 @@ impl<const N: usize> Mesh<N> {
                 let jacobian = self.jacobian(cell, at);
                 // An overflow is no Jacobian either.
                 if jacobian.is_nan() || jacobian <= 0.0 {
-                    return Err(Defect::Folded { cell, node: self.cells[cell][local], jacobian });
+                    let node = self.cells[cell][local];
+                    return Err(Refusal(format!(
+                        "cell {cell} is folded over at its node {node}: its Jacobian there is {jacobian:e}, but must \
+                         be positive; move the node, or number the cell in the order of VTK"
+                    )));
                 }
             }
         }
@@ -59,46 +63,58 @@ impl<const N: usize> Mesh<N> {
     }
 }
 
-pub(crate) fn check_points(points: &[[f64; 3]]) -> Result<(), Defect> {
-    match points.iter().position(|point| point.iter().any(|x| !x.is_finite())) {
-        Some(node) => Err(Defect::NotFinite { node, point: points[node] }),
-        None => Ok(()),
-    }
+pub(crate) fn check_points(points: &[[f64; 3]]) -> Result<(), Refusal> {
+    let Some(node) = points.iter().position(|point| point.iter().any(|x| !x.is_finite())) else {
+        return Ok(());
+    };
+    let [x, y, z] = points[node];
+    Err(Refusal(format!("node {node} lies at ({x}, {y}, {z}); give it finite coordinates")))
 }
 
 /// Checks raw indices from a file, which may be negative.
-pub(crate) fn check_cell(cell: usize, raw: &[i64], nodes: usize) -> Result<(), Defect> {
+pub(crate) fn check_cell(cell: usize, raw: &[i64], nodes: usize) -> Result<(), Refusal> {
     for (i, &node) in raw.iter().enumerate() {
         if usize::try_from(node).map_or(true, |node| node >= nodes) {
-            return Err(Defect::NodeOutOfRange { cell, node, nodes });
+            let last = nodes.saturating_sub(1);
+            return Err(Refusal(format!(
+                "cell {cell} names node {node}, but nodes run from 0 to {last} (nodes: {nodes}); renumber its nodes"
+            )));
         }
         if raw[..i].contains(&node) {
-            return Err(Defect::RepeatedNode { cell, node: node as usize });
+            return Err(Refusal(format!(
+                "cell {cell} names node {node} twice; mesh it by cells without repeated nodes, such as tetrahedra"
+            )));
         }
     }
     Ok(())
 }
 
-pub(crate) fn check_fields(fields: &BTreeMap<String, Field>, rows: usize) -> Result<(), Defect> {
+pub(crate) fn check_fields(fields: &BTreeMap<String, Field>, rows: usize) -> Result<(), Refusal> {
     for (name, field) in fields {
         let (components, values) = (field.components, field.values.len());
         if components == 0 || components.checked_mul(rows) != Some(values) {
-            return Err(Defect::FieldSize { field: name.clone(), values, rows, components });
+            return Err(Refusal(format!(
+                "field `{}` holds {values} numbers, but {rows} rows of {components} components are needed; resize it",
+                name.escape_debug()
+            )));
         }
     }
     Ok(())
 }
 
-fn check_sets(sets: &BTreeMap<String, Vec<usize>>, limit: usize) -> Result<(), Defect> {
+fn check_sets(sets: &BTreeMap<String, Vec<usize>>, limit: usize) -> Result<(), Refusal> {
     for (set, members) in sets {
         members.iter().try_for_each(|&index| check_member(set, index, limit))?;
     }
     Ok(())
 }
 
-fn check_member(set: &str, index: usize, limit: usize) -> Result<(), Defect> {
+pub(crate) fn check_member(set: &str, index: usize, limit: usize) -> Result<(), Refusal> {
     if index < limit {
         return Ok(());
     }
-    Err(Defect::SetMember { set: set.into(), index, limit })
+    let set = set.escape_debug();
+    Err(Refusal(format!(
+        "set `{set}` names index {index}, but there are only {limit}; remove it from the set"
+    )))
 }

@@ -28,7 +28,7 @@ pub use npy::{NpyArray, parse_npy, to_npy, to_npy_of};
 pub(crate) use write::to_xml;
 pub use write::{DISPLACEMENT, to_vtu, write_pvd};
 
-use crate::{AnyMesh, Element, Mesh, MeshError, Place, Problem};
+use crate::{AnyMesh, Element, Mesh, MeshError, Place, Refusal};
 use cursor::{Fault, load};
 
 /// Reads a mesh from a legacy VTK, VTU, VTP, gmsh MSH, STL, Abaqus or CalculiX input file, or from the files of a CARP mesh.
@@ -118,8 +118,7 @@ impl MixedMesh {
     /// Points that are not finite, nodes that do not exist, cells of an unsupported kind, fields of the wrong length,
     /// sets of nodes that do not exist.
     pub fn into_mesh(self) -> Result<(AnyMesh, ReadReport), MeshError> {
-        let (mesh, report) =
-            to_any(self).map_err(|(_, problem)| MeshError::Cells(Box::new(problem)))?;
+        let (mesh, report) = to_any(self).map_err(|(_, problem)| MeshError::Refused(problem))?;
         // Readers check the sets of a file; these are unchecked.
         mesh.check()?;
         Ok((mesh, report))
@@ -154,11 +153,14 @@ fn open(path: &Path) -> Result<(String, MixedMesh), MeshError> {
     Ok((name, grid))
 }
 
+const UNKNOWN_FORMAT: &str = "this is neither legacy VTK, VTU, VTP, gmsh MSH, Abaqus or CalculiX input (.inp), STL nor CARP \
+     (.pts with .elem); convert the mesh to one of them, for example with `meshio convert`";
+
 /// Picks the reader by the first bytes, which are more reliable than a file name.
 fn parse_grid(file: &str, bytes: &[u8]) -> Result<MixedMesh, Fault> {
     let content = cursor::without_mark(bytes).trim_ascii_start();
     if let Some((format, advice)) = foreign::format(content) {
-        return Err((Place::default(), Problem::unsupported("the format", format, advice)));
+        return Err((Place::default(), Refusal::unsupported("the format", format, advice)));
     }
     match content {
         [b'$', ..] => gmsh::parse(bytes),
@@ -168,6 +170,6 @@ fn parse_grid(file: &str, bytes: &[u8]) -> Result<MixedMesh, Fault> {
         _ if inp::looks_like_it(content) => inp::parse(bytes),
         // Binary STL with a wrong length is recognised by its name only.
         _ if file.to_ascii_lowercase().ends_with(".stl") => stl::parse(bytes),
-        _ => Err((Place::default(), Problem::UnknownFormat)),
+        _ => Err((Place::default(), Refusal(UNKNOWN_FORMAT.into()))),
     }
 }

@@ -100,7 +100,7 @@ mod tree;
 
 pub use any::AnyMesh;
 pub use element::{Element, QuadraturePoint};
-pub use error::{Defect, MeshError, Place, Problem, Refusal};
+pub use error::{MeshError, Place, Refusal};
 pub use generate::{
     Biventricle, Chamber, ChamberReport, ChamberWall, Sheet, Size, Trim, TruncatedEllipsoid,
     VentricleShape, Wall, WallOptions, box_hexahedra, box_tetrahedra, rectangle_triangles,

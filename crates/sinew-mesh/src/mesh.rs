@@ -1,6 +1,6 @@
 //! The mesh itself: nodes, cells, named sets and fields.
 
-use crate::Defect;
+use crate::Refusal;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
@@ -180,20 +180,25 @@ impl<const N: usize> Mesh<N> {
     /// marker such as `clamped`.
     ///
     /// # Errors
-    /// [`Defect::NoSuchField`] when no scalar point field has this name, [`Defect::FieldNotFinite`].
-    pub fn nodes_where_nonzero(&self, field: &str) -> Result<Vec<usize>, Defect> {
+    /// When no scalar point field has this name, or its values are not finite.
+    pub fn nodes_where_nonzero(&self, field: &str) -> Result<Vec<usize>, Refusal> {
         let is_scalar = |f: &&Field| f.components == 1;
         let found = self.point_fields.get(field).filter(is_scalar).ok_or_else(|| {
-            let names = self.point_fields.iter().filter(|(_, f)| is_scalar(f));
-            Defect::NoSuchField {
-                field: field.into(),
-                wanted: "scalar point",
-                available: names.map(|(name, _)| name.clone()).collect(),
-            }
+            let scalars = self.point_fields.iter().filter(|(_, f)| is_scalar(f));
+            let names: Vec<&str> = scalars.map(|(name, _)| name.as_str()).collect();
+            Refusal(format!(
+                "there is no scalar point field `{}`, only: {}; choose one of these",
+                field.escape_debug(),
+                names.join(", ")
+            ))
         })?;
         let numbers = found.to_f64();
         if let Some(row) = numbers.iter().position(|number| !number.is_finite()) {
-            return Err(Defect::FieldNotFinite { field: field.into(), row, value: numbers[row] });
+            return Err(Refusal(format!(
+                "field `{}` is {} at node {row}; give it a finite number, 0 where it marks nothing",
+                field.escape_debug(),
+                numbers[row]
+            )));
         }
         Ok((0..numbers.len()).filter(|&node| numbers[node] != 0.0).collect())
     }

@@ -2,7 +2,7 @@
 
 use crate::mesh::are_labels;
 use crate::selection::others;
-use crate::{Defect, Facet, Mesh, Refusal, boundary_facets, remove_unused_nodes};
+use crate::{Facet, Mesh, Refusal, boundary_facets, remove_unused_nodes};
 use sinew_num::ascending;
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap, HashSet};
@@ -66,7 +66,7 @@ impl<const N: usize> Mesh<N> {
             kept.extend(cells.ok_or_else(|| self.unknown_cells(name.as_ref()))?);
         }
         if kept.is_empty() {
-            return Err(Defect::NoCells { wanted: Self::ELEMENT.plural }.into());
+            return Err(Refusal::no_cells(Self::ELEMENT));
         }
         let cells = self.cell_list();
         let going = cells.by_key(|facet| !kept.contains(&facet.cell));

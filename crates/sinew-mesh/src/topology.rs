@@ -25,7 +25,7 @@ pub fn boundary_facets<const N: usize>(mesh: &Mesh<N>) -> Vec<Facet> {
 /// let folded = TetMesh::new(points, vec![[0, 1, 2, 3], [0, 1, 2, 4]])?;
 /// let [[first, second]] = folded_facets(&folded)[..] else { panic!("one fold") };
 /// assert_eq!([first.cell, second.cell], [0, 1]);
-/// # Ok::<(), sinew_mesh::Defect>(())
+/// # Ok::<(), sinew_mesh::Refusal>(())
 /// ```
 pub fn folded_facets<const N: usize>(mesh: &Mesh<N>) -> Vec<[Facet; 2]> {
     mesh.cell_list().folded()

@@ -201,7 +201,7 @@ fn nearest([a, b, c]: &[Point; 3], point: Point) -> Point {
 /// assert_eq!(self_intersections(&surface), [[0, 1]]);
 /// surface.points[3][2] = 0.5;
 /// assert!(self_intersections(&surface).is_empty());
-/// # Ok::<(), sinew_mesh::Defect>(())
+/// # Ok::<(), sinew_mesh::Refusal>(())
 /// ```
 pub fn self_intersections(surface: &TriangleMesh) -> Vec<[usize; 2]> {
     let tree = SurfaceTree::new(surface);

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use sinew_energy::listed;
-use sinew_mesh::{Defect, TruncatedEllipsoid};
+use sinew_mesh::{Refusal, TruncatedEllipsoid};
 use thiserror::Error;
 
 /// Unit fibre, sheet and normal, perpendicular to each other and right-handed: `normal = fibre × sheet`.
@@ -216,7 +216,7 @@ pub(super) type Result<T, E = FibreError> = std::result::Result<T, E>;
 pub enum FibreError {
     /// The mesh breaks a rule of every mesh.
     #[error(transparent)]
-    Mesh(#[from] Defect),
+    Mesh(#[from] Refusal),
     /// No facet set has this name.
     #[error("the mesh has no facet set `{name}`; it has {}", listed(known))]
     UnknownSurface { name: String, known: Vec<String> },

@@ -4,7 +4,7 @@
 use super::cursor::{Cursor, Result, load, number};
 use super::grid::{MixedMesh as Grid, cell_type};
 use super::number::NumberType::{F64, I64};
-use crate::{Field, MeshError, Place, Problem};
+use crate::{Field, MeshError, Place, Refusal};
 use sinew_num::ascending;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -58,7 +58,7 @@ pub(super) fn read(stem: &Path) -> Result<(String, Grid), MeshError> {
         in_file(&fibres, |cursor| {
             let axes = cursor.count(I64, "the number of directions per element")?;
             if !(1..=columns.len()).contains(&axes) {
-                return Err(Problem::expected("1 or 2 directions per element", axes.to_string()));
+                return Err(Refusal::expected("1 or 2 directions per element", axes.to_string()));
             }
             for at in 0..axes * labels.len() {
                 columns[at % axes].push(vector(cursor, "three finite components per element")?);
@@ -82,7 +82,7 @@ pub(super) fn read(stem: &Path) -> Result<(String, Grid), MeshError> {
             for _ in 0..cursor.count(I64, "the number of elements of the surface")? {
                 element(cursor, &mut grid)?;
                 if !matches!(grid.types.last(), Some(5 | 9)) {
-                    return Err(Problem::expected("a Tr or Qd of the surface", "another element"));
+                    return Err(Refusal::expected("a Tr or Qd of the surface", "another element"));
                 }
             }
             Ok(())
@@ -143,7 +143,7 @@ fn in_file<T>(
     let (name, bytes) = load(path)?;
     let mut cursor = Cursor::new(&bytes);
     let content = read(&mut cursor).and_then(|content| match cursor.word() {
-        Some(more) => Err(Problem::expected("no more rows than the first line says", more)),
+        Some(more) => Err(Refusal::expected("no more rows than the first line says", more)),
         None => Ok(content),
     });
     content.map_err(|problem| MeshError::in_file(&name, cursor.fault(problem)))
@@ -152,14 +152,14 @@ fn in_file<T>(
 fn vector(cursor: &mut Cursor<'_>, what: &'static str) -> Result<[f64; 3]> {
     let row = cursor.reals(F64, 3, what)?;
     let is_finite = row.iter().all(|x| x.is_finite());
-    let problem = || Problem::expected(what, format!("{row:?}"));
+    let problem = || Refusal::expected(what, format!("{row:?}"));
     is_finite.then(|| [row[0], row[1], row[2]]).ok_or_else(problem)
 }
 
 /// Indices of nodes that there are.
 fn nodes(cursor: &mut Cursor<'_>, count: usize, of: usize) -> Result<Vec<i64>> {
     let (nodes, most) = (cursor.integers(I64, count, "a node")?, of as i64 - 1);
-    nodes.iter().try_for_each(|&node| Problem::require_within("a node", node, [0, most]))?;
+    nodes.iter().try_for_each(|&node| Refusal::require_within("a node", node, [0, most]))?;
     Ok(nodes)
 }
 
@@ -168,7 +168,7 @@ fn element<'a>(cursor: &mut Cursor<'a>, grid: &mut Grid) -> Result<&'a [u8]> {
     let word = cursor.text("an element")?;
     let found = WORDS.iter().find(|(known, _)| *known == word);
     let advice = "give Tt, Hx, Tr, Qd or Ln with its nodes; split others into tetrahedra";
-    let unknown = || Problem::unsupported("the element type", word, advice);
+    let unknown = || Refusal::unsupported("the element type", word, advice);
     let kind = found.ok_or_else(unknown)?.1;
     let mut nodes = nodes(cursor, cell_type(kind).2.unwrap_or(0), grid.points.len())?;
     if kind == 12 {

@@ -6,9 +6,7 @@ use super::sets::sets_from_fields;
 use crate::check::{check_cell, check_fields, check_points};
 use crate::mesh::are_labels;
 use crate::topology::{Cells, sorted_key};
-use crate::{
-    Defect, Element, Facet, Field, Mesh, Problem, remove_unused_nodes, repair_orientation,
-};
+use crate::{Element, Facet, Field, Mesh, Refusal, remove_unused_nodes, repair_orientation};
 use sinew_num::ascending;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -95,7 +93,7 @@ pub(crate) fn to_mesh<const N: usize>(mut grid: MixedMesh) -> Result<(Mesh<N>, R
     };
     mesh.facet_sets = facet_sets(&grid, &parts, mesh.cell_list(), &mut report);
     [mesh.cell_sets, mesh.node_sets] = sets(&grid, &parts, mesh.cell_list(), &mesh.facet_sets);
-    let in_cells = |defect: Defect| (grid.cells_at, Problem::from(defect));
+    let in_cells = |defect| (grid.cells_at, defect);
     sets_from_fields(&mut mesh).map_err(in_cells)?;
     report.unused_nodes = remove_unused_nodes(&mut mesh) - report.merged_nodes;
     report.repaired_cells = repair_orientation(&mut mesh);
@@ -173,8 +171,8 @@ fn sets(
 }
 
 fn check_grid(grid: &MixedMesh) -> Result<(), Fault> {
-    let in_points = |defect: Defect| (grid.points_at, Problem::from(defect));
-    let in_cells = |defect: Defect| (grid.cells_at, Problem::from(defect));
+    let in_points = |defect| (grid.points_at, defect);
+    let in_cells = |defect| (grid.cells_at, defect);
     check_points(&grid.points).map_err(in_points)?;
     check_fields(&grid.point_fields, grid.points.len()).map_err(in_points)?;
     check_fields(&grid.cell_fields, grid.types.len()).map_err(in_cells)
@@ -208,7 +206,7 @@ fn parts(grid: &MixedMesh, ghosts: &[bool], element: &Element) -> Result<Parts> 
         part.push(index);
     }
     if parts.cells.is_empty() {
-        return Err(Defect::NoCells { wanted: element.plural }.into());
+        return Err(Refusal::no_cells(element));
     }
     Ok(parts)
 }
@@ -218,14 +216,14 @@ fn parts(grid: &MixedMesh, ghosts: &[bool], element: &Element) -> Result<Parts> 
 fn check_nodes(grid: &MixedMesh, cell: usize, number: Option<usize>) -> Result<()> {
     let (nodes, total) = (grid.cell(cell), grid.points.len());
     let Some(expected) = number else {
-        return Ok(nodes.chunks(1).try_for_each(|node| check_cell(cell, node, total))?);
+        return nodes.chunks(1).try_for_each(|node| check_cell(cell, node, total));
     };
     let what = format_args!("nodes of cell {cell}, a {}", cell_type(grid.types[cell]).0);
-    Problem::require_count(what, expected, nodes.len())?;
-    Ok(check_cell(cell, nodes, total)?)
+    Refusal::require_count(what, expected, nodes.len())?;
+    check_cell(cell, nodes, total)
 }
 
-fn refused_cell(element: &Element, cell: usize, kind: u8) -> Problem {
+fn refused_cell(element: &Element, cell: usize, kind: u8) -> Refusal {
     let quadratic = element.is_quadratic();
     let split = "split such cells into simplices, for example with VTK's \"Triangulate\"";
     let advice = match kind {
@@ -247,7 +245,8 @@ fn refused_cell(element: &Element, cell: usize, kind: u8) -> Problem {
         6..=9 | 11..=14 => split,
         _ => "export only the cells of one kind",
     };
-    Problem::Cell { cell, kind: cell_type(kind).0, wanted: element.plural, advice }
+    let (kind, wanted) = (cell_type(kind).0, element.plural);
+    Refusal(format!("cell {cell} is a {kind}, but the mesh wants {wanted}; {advice}"))
 }
 
 /// Facets of the boundary cells of a grid by their index; `None` where they are of no cell.

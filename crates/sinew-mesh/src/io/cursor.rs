@@ -1,19 +1,19 @@
 //! A position in the bytes of a file, shared by the readers of text and binary formats.
 
 use super::number::NumberType;
-use crate::{FieldValues, MeshError, Place, Problem};
+use crate::{Element, FieldValues, MeshError, Place, Refusal};
 use std::fmt::Display;
 use std::path::Path;
 use std::str::FromStr;
 
 /// Place and reason of a file that cannot be read.
-pub(crate) type Fault = (Place, Problem);
+pub(crate) type Fault = (Place, Refusal);
 
 /// A piece of a message.
 pub(super) type What = &'static str;
 
 /// Result of a reader.
-pub(super) type Result<T, E = Problem> = std::result::Result<T, E>;
+pub(super) type Result<T, E = Refusal> = std::result::Result<T, E>;
 
 /// Encoding of the numbers in a file: text, or binary by the order of bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,10 +61,39 @@ pub(crate) fn excerpt(text: &[u8]) -> String {
     String::from_utf8_lossy(&text[..text.len().min(EXCERPT)]).into_owned()
 }
 
-impl Problem {
+impl Refusal {
     /// Text found in the place of something else.
     pub(super) fn expected(expected: What, found: impl AsRef<[u8]>) -> Self {
-        Problem::Expected { expected, found: excerpt(found.as_ref()) }
+        let found = excerpt(found.as_ref());
+        let found = found.escape_debug();
+        Self(format!("expected {expected}, found `{found}`; correct it or export the file again"))
+    }
+
+    /// A required part that is missing.
+    pub(super) fn missing(expected: What) -> Self {
+        Self(format!("expected {expected}, which is missing; export the file again with it"))
+    }
+
+    /// A file that ends before the numbers it declares.
+    pub(super) fn cut_off(what: What, needed: u128, available: usize) -> Self {
+        Self(format!(
+            "{what}: only {available} of {needed} bytes are left in the file; the declared count is wrong or \
+             the file was cut off: export or copy it again"
+        ))
+    }
+
+    /// A mesh without cells.
+    pub(crate) fn no_cells(wanted: &Element) -> Self {
+        Self(format!("the mesh has no {}; export the file with its cells", wanted.plural))
+    }
+
+    /// A name that files cannot hold or that is taken for the encoding of sets.
+    pub(super) fn name(name: &str) -> Self {
+        Self(format!(
+            "name `{}` cannot be written; use a non-empty name without control characters that \
+             does not start with `node_set:`, `facet_set:` or `cell_set:`",
+            name.escape_debug()
+        ))
     }
 
     /// Refuses a number or name that stood in the file before, for something else.
@@ -78,42 +107,46 @@ impl Problem {
 
     /// Requires a part of the file.
     pub(super) fn require_part(is_there: bool, expected: What) -> Result<()> {
-        is_there.then_some(()).ok_or(Problem::Missing { expected })
+        is_there.then_some(()).ok_or_else(|| Self::missing(expected))
     }
 
     /// Requires bytes that a declared count needs.
     pub(super) fn require_bytes(what: What, needed: u128, available: usize) -> Result<()> {
         let enough = needed <= available as u128;
-        enough.then_some(()).ok_or(Problem::CutOff { what, needed, available })
+        enough.then_some(()).ok_or_else(|| Self::cut_off(what, needed, available))
     }
 
     /// Requires an integer within bounds, least and most.
     pub(super) fn require_within(what: What, value: i64, bounds: [i64; 2]) -> Result<()> {
         let [least, most] = bounds;
         let inside = (least..=most).contains(&value);
-        inside.then_some(()).ok_or(Problem::Range { what, value, least, most })
+        inside.then_some(()).ok_or_else(|| {
+            Self(format!(
+                "{what} is {value}, which is outside {least}..={most}; export the file again"
+            ))
+        })
     }
 
     /// Requires a count to be what another one says.
     pub(super) fn require_count(what: impl Display, expected: usize, found: usize) -> Result<()> {
         let equal = expected == found;
-        equal.then_some(()).ok_or_else(|| Problem::Count {
-            what: what.to_string(),
-            expected,
-            found,
+        equal.then_some(()).ok_or_else(|| {
+            Self(format!(
+                "{what}: expected {expected} of them, found {found}; export the file again"
+            ))
         })
     }
 
     /// Content of a kind that cannot be read, and the advice what to do.
     pub(super) fn unsupported(what: What, value: impl Into<String>, advice: What) -> Self {
-        Problem::Unsupported { what, value: value.into(), advice }
+        Self(format!("{what} `{}` cannot be read; {advice}", value.into().escape_debug()))
     }
 }
 
 /// A word as a number.
 pub(super) fn number<T: FromStr>(word: &[u8], expected: What) -> Result<T> {
     let number = str::from_utf8(word).ok().and_then(|text| text.parse().ok());
-    number.ok_or_else(|| Problem::expected(expected, word))
+    number.ok_or_else(|| Refusal::expected(expected, word))
 }
 
 impl<'a> Cursor<'a> {
@@ -124,7 +157,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// A problem with the last item read.
-    pub(super) fn fault(&self, problem: Problem) -> Fault {
+    pub(super) fn fault(&self, problem: Refusal) -> Fault {
         (self.place(self.item), problem)
     }
 
@@ -162,8 +195,8 @@ impl<'a> Cursor<'a> {
 
     /// The rest of the line as text.
     pub(super) fn text_line(&mut self, expected: What) -> Result<&'a str> {
-        let line = self.line().ok_or(Problem::Missing { expected })?;
-        str::from_utf8(line).map_err(|_| Problem::expected(expected, line))
+        let line = self.line().ok_or_else(|| Refusal::missing(expected))?;
+        str::from_utf8(line).map_err(|_| Refusal::expected(expected, line))
     }
 
     /// The next word, or `None` at the end of the file.
@@ -178,20 +211,20 @@ impl<'a> Cursor<'a> {
 
     /// The next word as text.
     pub(super) fn text(&mut self, expected: What) -> Result<&'a str> {
-        let word = self.word().ok_or(Problem::Missing { expected })?;
-        str::from_utf8(word).map_err(|_| Problem::expected(expected, word))
+        let word = self.word().ok_or_else(|| Refusal::missing(expected))?;
+        str::from_utf8(word).map_err(|_| Refusal::expected(expected, word))
     }
 
     /// The next word as a number, whatever the encoding.
     pub(super) fn parse<T: FromStr>(&mut self, expected: What) -> Result<T> {
-        number(self.word().ok_or(Problem::Missing { expected })?, expected)
+        number(self.word().ok_or_else(|| Refusal::missing(expected))?, expected)
     }
 
     /// Reads a word that must be this one, in small or capital letters.
     pub(super) fn keyword(&mut self, keyword: &'static str) -> Result<()> {
         let word = self.text(keyword)?;
         let is_it = word.eq_ignore_ascii_case(keyword);
-        is_it.then_some(()).ok_or_else(|| Problem::expected(keyword, word))
+        is_it.then_some(()).ok_or_else(|| Refusal::expected(keyword, word))
     }
 
     /// Reads up to and beyond `end`; what comes before it is returned.
@@ -199,7 +232,7 @@ impl<'a> Cursor<'a> {
         self.item = self.position;
         let rest = self.rest();
         let found = rest.windows(end.len()).position(|window| window == end);
-        let length = found.ok_or(Problem::Missing { expected })?;
+        let length = found.ok_or_else(|| Refusal::missing(expected))?;
         self.position += length + end.len();
         Ok(&rest[..length])
     }
@@ -207,7 +240,7 @@ impl<'a> Cursor<'a> {
     /// The next `count` bytes.
     pub(super) fn take(&mut self, count: usize, what: What) -> Result<&'a [u8]> {
         self.item = self.position;
-        Problem::require_bytes(what, count as u128, self.rest().len())?;
+        Refusal::require_bytes(what, count as u128, self.rest().len())?;
         let taken = &self.rest()[..count];
         self.position += count;
         Ok(taken)
@@ -225,15 +258,15 @@ impl<'a> Cursor<'a> {
         // In text a digit and a separator each, which only the last may lack.
         let texts = (2 * count as u128).saturating_sub(1);
         let needed = if is_text { texts } else { count as u128 * kind.size() as u128 };
-        Problem::require_bytes(what, needed, self.rest().len())?;
+        Refusal::require_bytes(what, needed, self.rest().len())?;
         if is_text {
-            let word = |_| self.word().ok_or(Problem::Missing { expected: what });
+            let word = |_| self.word().ok_or_else(|| Refusal::missing(what));
             return kind.parse((0..count).map(word), what);
         }
         let bytes = self.take(count * kind.size(), what)?;
         kind.decode(bytes, self.encoding).map_err(|index| {
             self.item += index * kind.size();
-            Problem::expected("an integer below 2^63", b"a larger one")
+            Refusal::expected("an integer below 2^63", b"a larger one")
         })
     }
 
@@ -246,7 +279,7 @@ impl<'a> Cursor<'a> {
     ) -> Result<Vec<i64>> {
         match self.numbers(kind, count, what)? {
             FieldValues::Integer(values) => Ok(values),
-            FieldValues::Float(_) => Err(Problem::expected("integers", b"real numbers")),
+            FieldValues::Float(_) => Err(Refusal::expected("integers", b"real numbers")),
         }
     }
 
@@ -270,7 +303,7 @@ impl<'a> Cursor<'a> {
     /// One integer that counts something.
     pub(super) fn count(&mut self, kind: NumberType, what: What) -> Result<usize> {
         let value = self.integer(kind, what)?;
-        Problem::require_within(what, value, [0, i64::MAX])?;
+        Refusal::require_within(what, value, [0, i64::MAX])?;
         Ok(value as usize)
     }
 }

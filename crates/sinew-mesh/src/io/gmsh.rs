@@ -4,7 +4,7 @@
 use super::cursor::{Cursor, Encoding, Fault, Result};
 use super::grid::{MixedMesh, cell_type, indices};
 use super::number::NumberType::{F64, I32, U64};
-use crate::{Field, FieldValues, Problem, QuadraticTetMesh};
+use crate::{Field, FieldValues, QuadraticTetMesh, Refusal};
 use std::collections::{BTreeMap, HashMap};
 
 /// Physical groups of one entity beyond which the file is taken for damaged: each element of
@@ -49,18 +49,18 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
 impl Gmsh<'_> {
     fn read(&mut self) -> Result<()> {
         while self.section()? {}
-        Problem::require_part(!self.grid.points.is_empty(), "a $Nodes section")?;
-        Problem::require_part(!self.grid.types.is_empty(), "an $Elements section")
+        Refusal::require_part(!self.grid.points.is_empty(), "a $Nodes section")?;
+        Refusal::require_part(!self.grid.types.is_empty(), "an $Elements section")
     }
 
     /// Reads one section; false at the end of the file.
     fn section(&mut self) -> Result<bool> {
         let Some(name) = self.cursor.word() else { return Ok(false) };
         let Some(bare) = name.strip_prefix(b"$") else {
-            return Err(Problem::expected("the $Name of a section", name));
+            return Err(Refusal::expected("the $Name of a section", name));
         };
         if self.version == 0 && !matches!(bare, b"MeshFormat" | b"Comments") {
-            return Err(Problem::expected("$MeshFormat", name));
+            return Err(Refusal::expected("$MeshFormat", name));
         }
         self.cursor.line();
         self.cursor.encoding = self.binary;
@@ -83,7 +83,7 @@ impl Gmsh<'_> {
         }
         let end = self.cursor.text("the $End of a section")?;
         if end.strip_prefix("$End").map(str::as_bytes) != Some(bare) {
-            return Err(Problem::expected("the $End of the section", end));
+            return Err(Refusal::expected("the $End of the section", end));
         }
         Ok(true)
     }
@@ -96,21 +96,21 @@ impl Gmsh<'_> {
             "4.1" => 4,
             _ => {
                 let advice = "convert it with `gmsh -save -format msh41`";
-                return Err(Problem::unsupported("MSH version", version, advice));
+                return Err(Refusal::unsupported("MSH version", version, advice));
             }
         };
         let binary: u8 = self.cursor.parse("the file type 0 or 1")?;
         let size: usize = self.cursor.parse("the data size")?;
         if size != 8 {
             let advice = "save the mesh with a 64-bit gmsh";
-            return Err(Problem::unsupported("data size", size.to_string(), advice));
+            return Err(Refusal::unsupported("data size", size.to_string(), advice));
         }
         self.cursor.line();
         if binary == 1 {
             self.binary = match self.cursor.take(4, "the number that shows the order of bytes")? {
                 [1, 0, 0, 0] => Encoding::Little,
                 [0, 0, 0, 1] => Encoding::Big,
-                other => return Err(Problem::expected("the number 1 in binary", other)),
+                other => return Err(Refusal::expected("the number 1 in binary", other)),
             };
         }
         Ok(())
@@ -152,7 +152,7 @@ impl Gmsh<'_> {
     fn rows(&mut self, of_nodes: bool, name: String, size: [usize; 2]) -> Result<()> {
         let [rows, components] = size;
         // gmsh knows scalars, vectors and tensors only, which bounds the memory of a view.
-        Problem::require_within("the number of components", components as i64, [1, 9])?;
+        Refusal::require_within("the number of components", components as i64, [1, 9])?;
         let total = if of_nodes { self.grid.points.len() } else { self.grid.types.len() };
         let mut values = vec![f64::NAN; total.saturating_mul(components)];
         let mut seen = vec![false; total];
@@ -160,7 +160,7 @@ impl Gmsh<'_> {
             let tag = self.cursor.integer(I32, "the tag of a data row")?;
             let index = if of_nodes { &self.node_index } else { &self.element_index };
             let Some(&index) = index.get(&tag) else {
-                return Err(Problem::expected("the tag of a node or element", tag.to_string()));
+                return Err(Refusal::expected("the tag of a node or element", tag.to_string()));
             };
             let row = self.cursor.reals(F64, components, "numbers of a data row")?;
             values[index * components..][..components].copy_from_slice(&row);
@@ -180,7 +180,7 @@ impl Gmsh<'_> {
             return Ok(());
         }
         let what = format_args!("rows of `{}`", name.escape_debug());
-        Problem::require_count(what, expected, found)?;
+        Refusal::require_count(what, expected, found)?;
         let field = Field { components, values: FieldValues::Float(values) };
         self.grid.add_field(of_nodes, name, field)
     }
@@ -272,7 +272,7 @@ impl Gmsh<'_> {
                 self.cursor.reals(F64, numbers, "the extent of an entity")?;
                 let groups = self.cursor.count(U64, "the number of physical groups")?;
                 let what = "the number of physical groups of an entity";
-                Problem::require_within(what, groups as i64, [0, MOST_GROUPS])?;
+                Refusal::require_within(what, groups as i64, [0, MOST_GROUPS])?;
                 let groups = self.cursor.integers(I32, groups, "tags of physical groups")?;
                 if dimension > 0 {
                     let bounding = self.cursor.count(U64, "the number of bounding entities")?;
@@ -355,7 +355,7 @@ impl Gmsh<'_> {
     /// Adds a node.
     fn node(&mut self, tag: i64, point: [f64; 3]) -> Result<()> {
         let before = self.node_index.insert(tag, self.grid.points.len());
-        Problem::unless_used(before, "a node tag that is not used yet", tag)?;
+        Refusal::unless_used(before, "a node tag that is not used yet", tag)?;
         self.grid.points.push(point);
         Ok(())
     }
@@ -385,6 +385,6 @@ fn element_type(gmsh_type: i64) -> Result<(u8, usize)> {
     let found = vtk_type.and_then(|vtk_type| Some((vtk_type, cell_type(vtk_type).2?)));
     found.ok_or_else(|| {
         let advice = "save the mesh with first-order elements (Mesh.ElementOrder = 1)";
-        Problem::unsupported("gmsh element type", gmsh_type.to_string(), advice)
+        Refusal::unsupported("gmsh element type", gmsh_type.to_string(), advice)
     })
 }

@@ -2,7 +2,7 @@
 
 use super::cursor::Result;
 use crate::geometry::{extents, merged};
-use crate::{Field, MeshError, Place, Problem, SELECTION_TOLERANCE};
+use crate::{Field, MeshError, Place, Refusal, SELECTION_TOLERANCE};
 use nalgebra::Vector3;
 use sinew_num::ascending;
 use std::collections::BTreeMap;
@@ -76,8 +76,7 @@ impl MixedMesh {
         if nodes == 0 || !indices.len().is_multiple_of(nodes) {
             let what = format!("indices of a cell of {nodes} nodes");
             let found = indices.len() % nodes.max(1);
-            let problem = Problem::Count { what, expected: nodes, found };
-            return Err(MeshError::Cells(Box::new(problem)));
+            Refusal::require_count(what, nodes, found)?;
         }
         let first = self.types.len();
         indices.chunks_exact(nodes).for_each(|cell| self.push(vtk_type, cell));
@@ -116,7 +115,7 @@ impl MixedMesh {
         // VTK writes one that is active as scalars and as vectors twice.
         if fields.get(&name).is_some_and(|known| *known != field) {
             let advice = "write a single time step, and give each array a name of its own";
-            return Err(Problem::unsupported("a second array of the name", name, advice));
+            return Err(Refusal::unsupported("a second array of the name", name, advice));
         }
         fields.insert(name, field);
         Ok(())
@@ -223,7 +222,7 @@ pub(super) fn indices<'i>(
     expected: &'static str,
     index: impl Fn(&i64) -> Option<&'i usize>,
 ) -> Result<Vec<i64>> {
-    let unknown = |number: &i64| Problem::expected(expected, number.to_string());
+    let unknown = |number: &i64| Refusal::expected(expected, number.to_string());
     let of = |number| index(number).map(|&index| index as i64).ok_or_else(|| unknown(number));
     numbers.iter().map(of).collect()
 }

@@ -6,7 +6,7 @@ use super::cursor::{Cursor, Fault, Result, number};
 use super::grid::{MixedMesh, indices};
 use super::inp_elements::{Kind, Surface, kind};
 use super::inp_lines::{Block, Name, Scope, Sets, blocks, fields, real};
-use crate::Problem;
+use crate::Refusal;
 use crate::topology::FacetKey;
 use nalgebra::{Rotation3, Unit, Vector3};
 use std::cell::{Cell, OnceCell};
@@ -69,7 +69,7 @@ fn read(blocks: &[Block<'_>], bytes: usize) -> Result<MixedMesh> {
     if let Some(last) = blocks.last() {
         last.place.set(last.at);
     }
-    Problem::require_part(!model.grid.points.is_empty(), "*NODE with its nodes")?;
+    Refusal::require_part(!model.grid.points.is_empty(), "*NODE with its nodes")?;
     model.finish()
 }
 
@@ -85,7 +85,7 @@ fn set_scopes(blocks: &mut [Block<'_>]) -> Result<()> {
         let contact = block.name("TYPE").is_some_and(|kind| kind.key.starts_with("CONTACT"));
         let refused = REFUSED.iter().find(|(keywords, _)| keywords.contains(&keyword));
         if let Some((_, advice)) = refused.filter(|_| !(keyword == "MODEL CHANGE" && contact)) {
-            return Err(Problem::unsupported("the keyword", format!("*{keyword}"), advice));
+            return Err(Refusal::unsupported("the keyword", format!("*{keyword}"), advice));
         }
         match keyword {
             "PART" => (parts, in_part) = (parts + 1, true),
@@ -97,7 +97,7 @@ fn set_scopes(blocks: &mut [Block<'_>]) -> Result<()> {
         if parts > 1 || instances > 1 {
             let (what, value) = ("an assembly with a second", format!("*{}", block.keyword));
             let advice = "write the body alone: a flat file, or one part with one instance";
-            return Err(Problem::unsupported(what, value, advice));
+            return Err(Refusal::unsupported(what, value, advice));
         }
         if has_assembly && !in_part {
             block.scope = Scope::Assembly;
@@ -113,7 +113,7 @@ impl Model {
         if !system.eq_ignore_ascii_case(b"R") {
             let (what, value) = ("the coordinate system of nodes", String::from_utf8_lossy(system));
             let advice = "write the nodes in Cartesian coordinates";
-            return Err(Problem::unsupported(what, value, advice));
+            return Err(Refusal::unsupported(what, value, advice));
         }
         if block.scope == Scope::Assembly {
             // Reference points.
@@ -143,7 +143,7 @@ impl Model {
             *x = real(word)?;
         }
         let before = self.nodes.ids.insert(id, self.grid.points.len());
-        Problem::unless_used(before, "the number of a node that is not used yet", id)?;
+        Refusal::unless_used(before, "the number of a node that is not used yet", id)?;
         self.grid.points.push(point);
         Ok(())
     }
@@ -167,7 +167,7 @@ impl Model {
                 record.clear();
             }
             let is_whole = row < block.len() || record.is_empty();
-            Problem::require_part(is_whole, "the other nodes of the last element")?;
+            Refusal::require_part(is_whole, "the other nodes of the last element")?;
         }
         self.elements.add_named(block, "ELSET", first..self.grid.types.len())
     }
@@ -176,11 +176,11 @@ impl Model {
     fn element(&mut self, name: &str, kind: Kind, record: &[i64]) -> Result<()> {
         let (id, nodes) = (record[0], &record[1..]);
         let what = format_args!("nodes of element {id}, a {name}");
-        Problem::require_count(what, kind.nodes, nodes.len())?;
+        Refusal::require_count(what, kind.nodes, nodes.len())?;
         let nodes =
             indices(nodes, "the number of a node that the file has", |id| self.nodes.ids.get(id))?;
         let before = self.elements.ids.insert(id, self.grid.types.len());
-        Problem::unless_used(before, "the number of an element that is not used yet", id)?;
+        Refusal::unless_used(before, "the number of an element that is not used yet", id)?;
         self.grid.push(kind.vtk_type, &nodes);
         self.kinds.push(kind);
         Ok(())
@@ -196,7 +196,7 @@ impl Model {
                 (1, &[ax, ay, az, bx, by, bz, degrees]) => {
                     let [a, b] = [Vector3::new(ax, ay, az), Vector3::new(bx, by, bz)];
                     let equal =
-                        || Problem::expected("an axis of the instance's turn", "two equal points");
+                        || Refusal::expected("an axis of the instance's turn", "two equal points");
                     let axis = Unit::try_new(b - a, f64::MIN_POSITIVE).ok_or_else(equal)?;
                     let turn = Rotation3::from_axis_angle(&axis, degrees.to_radians());
                     self.move_points(|point| a + turn * (point - a));
@@ -204,7 +204,7 @@ impl Model {
                 _ => {
                     let expected =
                         "the instance's translation (3 numbers), then its turn (7 numbers)";
-                    return Err(Problem::expected(expected, line));
+                    return Err(Refusal::expected(expected, line));
                 }
             }
         }
@@ -224,7 +224,7 @@ impl Model {
         let is_other =
             |other: &Name| self.nodes.instance.as_ref().is_none_or(|name| name.key != other.key);
         if let Some(other) = block.name("INSTANCE").filter(is_other) {
-            return Err(Problem::expected("the name of the file's instance", other.shown));
+            return Err(Refusal::expected("the name of the file's instance", other.shown));
         }
         if let (true, Some(elset)) = (of_nodes, block.option("ELSET")) {
             let cells = self.elements.find(elset)?;

@@ -5,7 +5,7 @@ use super::grid::{CELL_TYPES, MixedMesh, cell_type};
 use super::inp::Model;
 use super::inp_lines::{Block, fields};
 use crate::topology::{FacetKey, sorted_key};
-use crate::{Element, Problem};
+use crate::{Element, Refusal};
 use sinew_num::ascending;
 use std::collections::{BTreeMap, HashMap};
 
@@ -35,7 +35,7 @@ const OTHERS: [(&[&str], u8, usize); 2] = [
 /// Meaning of a type's name, such as `C3D10H`: family, number of nodes, letters of the variant.
 pub(super) fn kind(name: &str) -> Result<Kind> {
     let advice = "use C3D4, C3D10 or C3D8 (with any letters behind), or S3, M3D3 and CPS3 for surfaces and plane bodies";
-    let unknown = || Problem::unsupported("the element type", name, advice);
+    let unknown = || Refusal::unsupported("the element type", name, advice);
     let upper = name.to_uppercase();
     // Masses, springs and connectors are no cells.
     if let Some((.., vtk_type, nodes)) = OTHERS.iter().find(|(names, ..)| names.contains(&&*upper))
@@ -122,7 +122,7 @@ impl Model {
             "NODE" => true,
             other => {
                 let advice = "define the surface by TYPE=ELEMENT or TYPE=NODE";
-                return Err(Problem::unsupported("the type of surface", other, advice));
+                return Err(Refusal::unsupported("the type of surface", other, advice));
             }
         };
         let mut surface = Surface::default();
@@ -140,7 +140,7 @@ impl Model {
         }
         let before = self.surfaces.insert(name.shown.clone(), surface);
         let expected = "the name of a surface that is not used yet";
-        Problem::unless_used(before, expected, name.shown)
+        Refusal::unless_used(before, expected, name.shown)
     }
 
     /// The grid with all sets and surfaces.
@@ -191,7 +191,7 @@ impl Surface {
             }
             _ => {
                 let expected = "a face that the element has, such as S1";
-                return Err(Problem::expected(expected, face));
+                return Err(Refusal::expected(expected, face));
             }
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! Lines of Abaqus and CalculiX files: keywords with their options, the data behind them, and sets of nodes and elements.
 
 use super::cursor::{Cursor, Fault, Result, number};
-use crate::Problem;
+use crate::Refusal;
 use sinew_num::ascending;
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -72,7 +72,7 @@ pub(super) fn blocks<'a>(
         }
         let Some(block) = blocks.last_mut() else {
             let found = "a line without a keyword before it";
-            return Err(cursor.fault(Problem::expected("a keyword such as *NODE", found)));
+            return Err(cursor.fault(Refusal::expected("a keyword such as *NODE", found)));
         };
         if open && continues(line) {
             block.options.extend(options(fields(line)));
@@ -149,7 +149,7 @@ impl<'a> Block<'a> {
 
     /// The name that an option must give.
     pub(super) fn required(&self, key: &str, expected: &'static str) -> Result<Name> {
-        self.name(key).ok_or(Problem::Missing { expected })
+        self.name(key).ok_or_else(|| Refusal::missing(expected))
     }
 
     /// Begins to read the block. Refuses options beside these, which might change what the lines mean.
@@ -160,7 +160,7 @@ impl<'a> Block<'a> {
             Some((key, _)) => {
                 let value = format!("{key} of *{}", self.keyword);
                 let advice = "write the mesh without it";
-                Err(Problem::unsupported("the option", value, advice))
+                Err(Refusal::unsupported("the option", value, advice))
             }
         }
     }
@@ -172,7 +172,7 @@ pub(super) fn real(word: &[u8]) -> Result<f64> {
         return Ok(0.0);
     }
     let text = String::from_utf8_lossy(word).replace(['d', 'D'], "e");
-    text.parse().map_err(|_| Problem::expected("a coordinate", word))
+    text.parse().map_err(|_| Refusal::expected("a coordinate", word))
 }
 
 /// Nodes or elements by their number in the file, and the sets of them.
@@ -219,7 +219,7 @@ impl Sets {
         let added = set.len() - before;
         if added > self.room {
             let advice = "all sets together have too many members for a file of this size";
-            return Err(Problem::unsupported("the set", &name.shown, advice));
+            return Err(Refusal::unsupported("the set", &name.shown, advice));
         }
         self.room -= added;
         Ok(())
@@ -257,7 +257,7 @@ impl Sets {
         let [first, last, step] = bounds;
         if first > last || step < 1 {
             let found = format!("{first}, {last}, {step}");
-            return Err(Problem::expected("a range that ascends by a positive step", found));
+            return Err(Refusal::expected("a range that ascends by a positive step", found));
         }
         let inside = self.ids.range(first..=last);
         let on_step = |id: i64| id.abs_diff(first) % step.unsigned_abs() == 0;
@@ -274,13 +274,13 @@ impl Sets {
         };
         if let Ok(id) = number::<i64>(bare, "") {
             let expected = "the number of a node or element that the file has";
-            let found = self.ids.get(&id).ok_or_else(|| Problem::expected(expected, word))?;
+            let found = self.ids.get(&id).ok_or_else(|| Refusal::expected(expected, word))?;
             return Ok(std::slice::from_ref(found));
         }
         let key = Name::new(bare).key;
         let sets = scopes.iter().find_map(|&scope| self.sets.get(&(scope, key.clone())));
         let expected = "a number, or the name of a set that stands further up";
-        Ok(&sets.ok_or_else(|| Problem::expected(expected, word))?.1)
+        Ok(&sets.ok_or_else(|| Refusal::expected(expected, word))?.1)
     }
 
     /// All sets by the names that they get in the mesh. A set of the part whose name the assembly has too is named with its
@@ -296,7 +296,7 @@ impl Sets {
             }
             if shown.is_empty() || named.insert(shown.clone(), ascending(members)).is_some() {
                 let expected = "names of sets that differ in more than capitals";
-                return Err(Problem::expected(expected, shown));
+                return Err(Refusal::expected(expected, shown));
             }
         }
         Ok(named)

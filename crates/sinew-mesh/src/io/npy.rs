@@ -2,7 +2,7 @@
 
 use super::cursor::{Cursor, Encoding, Result, excerpt};
 use super::number::NumberType;
-use crate::{FieldValues, MeshError, Problem};
+use crate::{FieldValues, MeshError, Refusal};
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 /// Arrays with more dimensions than this are taken for damaged (NumPy's own limit).
@@ -39,20 +39,20 @@ pub fn parse_npy(file: &str, bytes: &[u8]) -> Result<NpyArray, MeshError> {
 fn read(cursor: &mut Cursor<'_>) -> Result<NpyArray> {
     let magic = cursor.take(MAGIC.len(), "npy magic bytes")?;
     if magic != MAGIC {
-        return Err(Problem::expected("the bytes \\x93NUMPY", magic));
+        return Err(Refusal::expected("the bytes \\x93NUMPY", magic));
     }
     let version = cursor.take(2, "npy version")?[0];
     let length_type = if version == 1 { NumberType::U16 } else { NumberType::U32 };
     let length = cursor.count(length_type, "the length of the npy header")?;
     let header = cursor.take(length, "the npy header")?;
-    let header = str::from_utf8(header).map_err(|_| Problem::expected("an npy header", header))?;
+    let header = str::from_utf8(header).map_err(|_| Refusal::expected("an npy header", header))?;
 
     let (kind, encoding) = number_type(header)?;
     let shape = shape(header)?;
     let fortran = match entry(header, "'fortran_order':")? {
         text if text.starts_with("True") => true,
         text if text.starts_with("False") => false,
-        text => return Err(Problem::expected("True or False", text)),
+        text => return Err(Refusal::expected("True or False", text)),
     };
     cursor.encoding = encoding;
     let count = shape.iter().fold(1usize, |product, &length| product.saturating_mul(length));
@@ -90,7 +90,7 @@ pub fn to_npy_of(descr: &str, shape: &[usize], content: &[u8]) -> Vec<u8> {
 /// Text after a key of the header.
 fn entry<'h>(header: &'h str, key: &'static str) -> Result<&'h str> {
     let value = header.split_once(key).map(|(_, value)| value.trim_start());
-    value.ok_or(Problem::Missing { expected: key })
+    value.ok_or_else(|| Refusal::missing(key))
 }
 
 fn number_type(header: &str) -> Result<(NumberType, Encoding)> {
@@ -98,7 +98,7 @@ fn number_type(header: &str) -> Result<(NumberType, Encoding)> {
     let descr = text.strip_prefix('\'').and_then(|t| t.split_once('\'')).map_or(text, |(d, _)| d);
     let kind = NumberType::named(descr.get(1..).unwrap_or_default()).ok_or_else(|| {
         let (value, advice) = (excerpt(descr.as_bytes()), "save the array as float64 or int64");
-        Problem::unsupported("npy number type", value, advice)
+        Refusal::unsupported("npy number type", value, advice)
     })?;
     let encoding = if descr.starts_with('>') { Encoding::Big } else { Encoding::Little };
     Ok((kind, encoding))
@@ -108,12 +108,12 @@ fn shape(header: &str) -> Result<Vec<usize>> {
     let text = entry(header, "'shape':")?;
     let expected = "a shape such as (3, 4)";
     let inner = text.strip_prefix('(').and_then(|text| text.split_once(')'));
-    let (inner, _) = inner.ok_or_else(|| Problem::expected(expected, text))?;
+    let (inner, _) = inner.ok_or_else(|| Refusal::expected(expected, text))?;
     let words = inner.split(',').map(str::trim).filter(|word| !word.is_empty());
     let lengths: Result<Vec<usize>, _> = words.map(str::parse).collect();
     match lengths {
         Ok(lengths) if lengths.len() <= MOST_DIMENSIONS => Ok(lengths),
-        _ => Err(Problem::expected(expected, inner)),
+        _ => Err(Refusal::expected(expected, inner)),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::cursor::Result;
 use super::grid::MixedMesh;
-use crate::{Place, Problem};
+use crate::{Place, Refusal};
 
 /// Triangles that a polygon or strip with fields may have on average: each repeats the fields' rows, so that a small file
 /// could otherwise ask for much memory.
@@ -73,7 +73,7 @@ impl PolyData {
             let what = "cell fields on polygons or strips of";
             let value = format!("{} triangles each", rows.len() / cells.max(1));
             let advice = "split them into triangles first, for example with VTK's \"Triangulate\"";
-            return Err(Problem::unsupported(what, value, advice));
+            return Err(Refusal::unsupported(what, value, advice));
         }
         // A field of another size is refused with the grid.
         for field in grid.cell_fields.values_mut().filter(|field| field.rows() == cells) {

@@ -3,7 +3,8 @@
 //! How they are encoded stands on the crate's page, "Sets in VTK files".
 //! The way there and back is exact for sets that ascend without repetition.
 
-use crate::{Defect, Facet, Field, Mesh};
+use crate::check::check_member;
+use crate::{Facet, Field, Mesh, Refusal};
 use std::collections::BTreeMap;
 
 const NODE_SET: &str = "node_set:";
@@ -13,7 +14,9 @@ const FACET_SET: &str = "facet_set:";
 type Fields = BTreeMap<String, Field>;
 
 /// The point and cell fields of a mesh with its sets among them.
-pub(crate) fn fields_with_sets<const N: usize>(mesh: &Mesh<N>) -> Result<(Fields, Fields), Defect> {
+pub(crate) fn fields_with_sets<const N: usize>(
+    mesh: &Mesh<N>,
+) -> Result<(Fields, Fields), Refusal> {
     let (mut points, mut cells) = (mesh.point_fields.clone(), mesh.cell_fields.clone());
     let names = points.keys().chain(cells.keys());
     names.into_iter().try_for_each(|name| check_name(name))?;
@@ -33,7 +36,7 @@ pub(crate) fn fields_with_sets<const N: usize>(mesh: &Mesh<N>) -> Result<(Fields
 }
 
 /// Turns the fields that encode sets into sets.
-pub(crate) fn sets_from_fields<const N: usize>(mesh: &mut Mesh<N>) -> Result<(), Defect> {
+pub(crate) fn sets_from_fields<const N: usize>(mesh: &mut Mesh<N>) -> Result<(), Refusal> {
     for (name, marks) in take_marks(&mut mesh.point_fields, NODE_SET) {
         mesh.node_sets.insert(name, marked(&marks));
     }
@@ -46,7 +49,7 @@ pub(crate) fn sets_from_fields<const N: usize>(mesh: &mut Mesh<N>) -> Result<(),
         for (cell, &bits) in marks.iter().enumerate() {
             if bits >> facets_of_cell != 0 {
                 let index = 63 - bits.leading_zeros() as usize;
-                return Err(Defect::SetMember { set: name, index, limit: facets_of_cell });
+                check_member(&name, index, facets_of_cell)?;
             }
             let in_set = (0..facets_of_cell).filter(|local| bits >> local & 1 == 1);
             facets.extend(in_set.map(|opposite| Facet { cell, opposite }));
@@ -76,15 +79,15 @@ fn take_marks(fields: &mut Fields, prefix: &str) -> Vec<(String, Vec<i64>)> {
     taken.map(|(name, field)| (name[prefix.len()..].to_string(), labels(&field))).collect()
 }
 
-fn prefixed(prefix: &str, name: &str) -> Result<String, Defect> {
+fn prefixed(prefix: &str, name: &str) -> Result<String, Refusal> {
     check_name(name)?;
     Ok(format!("{prefix}{name}"))
 }
 
-fn check_name(name: &str) -> Result<(), Defect> {
+fn check_name(name: &str) -> Result<(), Refusal> {
     let reserved = [NODE_SET, CELL_SET, FACET_SET].iter().any(|prefix| name.starts_with(prefix));
     if name.is_empty() || reserved || name.chars().any(char::is_control) {
-        return Err(Defect::Name { name: name.into() });
+        return Err(Refusal::name(name));
     }
     Ok(())
 }

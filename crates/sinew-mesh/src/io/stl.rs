@@ -3,7 +3,7 @@
 
 use super::cursor::{Cursor, Fault, Result, without_mark};
 use super::grid::MixedMesh;
-use crate::{Place, Problem};
+use crate::{Place, Refusal};
 use std::collections::HashMap;
 
 /// Offsets of a binary file's number of triangles and of the first one, and the bytes of each.
@@ -46,7 +46,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
 fn binary(bytes: &[u8], triangles: &mut Triangles) -> Result<()> {
     let count = declared(bytes).unwrap_or(0);
     let body = bytes.get(HEAD..).unwrap_or_default();
-    Problem::require_bytes("triangles", count as u128 * TRIANGLE as u128, body.len())?;
+    Refusal::require_bytes("triangles", count as u128 * TRIANGLE as u128, body.len())?;
     triangles.grid.points_at.byte = HEAD;
     triangles.grid.cells_at.byte = HEAD;
     for triangle in body.chunks_exact(TRIANGLE).take(count) {
@@ -90,7 +90,7 @@ fn text(cursor: &mut Cursor<'_>, triangles: &mut Triangles) -> Result<()> {
                 }
             }
             b"endsolid" => drop(cursor.line()),
-            _ => return Err(Problem::expected("facet or endsolid", word)),
+            _ => return Err(Refusal::expected("facet or endsolid", word)),
         }
     }
     // The name of the only one names nothing.

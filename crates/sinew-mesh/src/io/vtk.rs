@@ -6,7 +6,7 @@ use super::cursor::{Cursor, Encoding, Fault, Result, number};
 use super::grid::MixedMesh;
 use super::number::NumberType;
 use super::polydata::{CellList, LISTS, PolyData};
-use crate::{Field, FieldValues, Problem};
+use crate::{Field, FieldValues, Refusal};
 use percent_encoding::percent_decode_str;
 
 /// First bytes of every legacy VTK file.
@@ -35,15 +35,15 @@ impl Reader<'_> {
         self.header()?;
         while self.section()? {}
         std::mem::take(&mut self.cells).fill(&mut self.grid)?;
-        Problem::require_part(!self.grid.points.is_empty(), "a POINTS section")?;
+        Refusal::require_part(!self.grid.points.is_empty(), "a POINTS section")?;
         let (expected, found) = (self.grid.ends.len(), self.grid.types.len());
-        Problem::require_count("CELL_TYPES", expected, found)
+        Refusal::require_count("CELL_TYPES", expected, found)
     }
 
     fn header(&mut self) -> Result<()> {
         let version = self.cursor.text_line("# vtk DataFile Version x.y")?;
         let number = version.rsplit(' ').next().and_then(|v| v.split('.').next()?.parse().ok());
-        let wrong = || Problem::expected("# vtk DataFile Version x.y", version);
+        let wrong = || Refusal::expected("# vtk DataFile Version x.y", version);
         self.major = number.ok_or_else(wrong)?;
         self.cursor.line();
         let encoding = self.cursor.text("ASCII or BINARY")?;
@@ -51,7 +51,7 @@ impl Reader<'_> {
             "ASCII" => Encoding::Text,
             // Legacy VTK is big endian on every machine.
             "BINARY" => Encoding::Big,
-            _ => return Err(Problem::expected("ASCII or BINARY", encoding)),
+            _ => return Err(Refusal::expected("ASCII or BINARY", encoding)),
         };
         self.cursor.keyword("DATASET")?;
         let dataset = self.cursor.text("a dataset type")?;
@@ -60,7 +60,7 @@ impl Reader<'_> {
             "POLYDATA" => self.cells.is_surface = true,
             _ => {
                 let advice = "save it as an unstructured grid, or a surface as poly data";
-                return Err(Problem::unsupported("dataset type", dataset, advice));
+                return Err(Refusal::unsupported("dataset type", dataset, advice));
             }
         }
         self.cursor.encoding = encoding;
@@ -85,7 +85,7 @@ impl Reader<'_> {
                 match (list, components) {
                     (Some(list), _) => self.list(list)?,
                     (_, Some(components)) => self.attribute(keyword, components)?,
-                    _ => return Err(Problem::expected("the keyword of a section", word)),
+                    _ => return Err(Refusal::expected("the keyword of a section", word)),
                 }
             }
         }
@@ -95,7 +95,7 @@ impl Reader<'_> {
     /// Requires the declared number of rows of POINT_DATA or CELL_DATA to be the true one.
     fn attributes(&mut self, section: &'static str, expected: usize) -> Result<()> {
         let found = self.cursor.parse("the number of rows")?;
-        Problem::require_count(format_args!("rows of {section}"), expected, found)?;
+        Refusal::require_count(format_args!("rows of {section}"), expected, found)?;
         self.attributes_of = Some((section, expected));
         Ok(())
     }
@@ -130,13 +130,13 @@ impl Reader<'_> {
         let mut rest = list.as_slice();
         while let [length, tail @ ..] = rest {
             let bounds = [0, tail.len() as i64];
-            Problem::require_within("the number of nodes of a cell", *length, bounds)?;
+            Refusal::require_within("the number of nodes of a cell", *length, bounds)?;
             let (cell, others) = tail.split_at(*length as usize);
             nodes.extend_from_slice(cell);
             ends.push(nodes.len());
             rest = others;
         }
-        Problem::require_count("cells in the cell list", count, ends.len())?;
+        Refusal::require_count("cells in the cell list", count, ends.len())?;
         Ok(CellList { ends, nodes, at })
     }
 
@@ -223,7 +223,7 @@ impl Reader<'_> {
                 continue;
             };
             let what = format_args!("rows of array `{}`", name.escape_debug());
-            Problem::require_count(what, expected, rows)?;
+            Refusal::require_count(what, expected, rows)?;
             self.array(name, components, kind)?;
         }
         Ok(())
@@ -261,7 +261,7 @@ impl Reader<'_> {
             }
             Values::Text => {
                 for _ in 0..count {
-                    self.cursor.line().ok_or(Problem::Missing { expected: WHAT })?;
+                    self.cursor.line().ok_or_else(|| Refusal::missing(WHAT))?;
                 }
             }
         }
@@ -287,7 +287,7 @@ impl Reader<'_> {
 fn number_type(name: &str) -> Result<NumberType> {
     NumberType::named(&name.to_ascii_lowercase().replace("vtktype", "")).ok_or_else(|| {
         let advice = "save the array with a type from char to double, or without this array";
-        Problem::unsupported("number type", name, advice)
+        Refusal::unsupported("number type", name, advice)
     })
 }
 
@@ -303,7 +303,7 @@ enum Values {
 /// Unsigned characters, whose shares of 255 stand in text.
 fn characters(shares: &[f64]) -> Result<FieldValues> {
     if let Some(share) = shares.iter().find(|share| !(0.0..=1.0).contains(*share)) {
-        return Err(Problem::expected("a colour from 0 to 1", share.to_string()));
+        return Err(Refusal::expected("a colour from 0 to 1", share.to_string()));
     }
     let of_255 = shares.iter().map(|share| (255.0 * share).round() as i64);
     Ok(FieldValues::Integer(of_255.collect()))
@@ -325,7 +325,7 @@ fn attribute_components(keyword: &[u8]) -> Option<usize> {
 pub(crate) fn checked_ends(offsets: &[i64], nodes: usize) -> Result<Vec<usize>> {
     let most = nodes as i64;
     let within = |offset: Option<&i64>, bounds| {
-        Problem::require_within("an offset of a cell", offset.copied().unwrap_or(-1), bounds)
+        Refusal::require_within("an offset of a cell", offset.copied().unwrap_or(-1), bounds)
     };
     within(offsets.first(), [0, 0])?;
     within(offsets.last(), [most, most])?;

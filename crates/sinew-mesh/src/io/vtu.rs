@@ -7,7 +7,7 @@ use super::number::NumberType;
 use super::polydata::{CellList, LISTS, PolyData};
 use super::vtk::checked_ends;
 use super::vtu_data::{Layout, Source, ascii, read_array};
-use crate::{Field, Place, Problem};
+use crate::{Field, Place, Refusal};
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 use std::collections::BTreeMap;
@@ -127,7 +127,7 @@ impl<'a> Parser<'a> {
             kind if kind == "PolyData" => self.cells.is_surface = true,
             kind => {
                 let advice = "save it as an unstructured grid (.vtu) or a surface (.vtp)";
-                return Err(Problem::unsupported("VTK XML file type", kind, advice));
+                return Err(Refusal::unsupported("VTK XML file type", kind, advice));
             }
         }
         let big = self.attribute(tag, "byte_order")?.is_some_and(|order| order == "BigEndian");
@@ -138,7 +138,7 @@ impl<'a> Parser<'a> {
             zlib if zlib == "vtkZLibDataCompressor" => self.layout.zlib = true,
             other => {
                 let advice = "save the file with zlib compression or none";
-                return Err(Problem::unsupported("compressor", other, advice));
+                return Err(Refusal::unsupported("compressor", other, advice));
             }
         }
         Ok(())
@@ -152,7 +152,7 @@ impl<'a> Parser<'a> {
         }
         if self.piece.is_some_and(|(points, _)| points > 0) {
             let advice = "merge the pieces into one, for example with \"Merge Blocks\"";
-            return Err(Problem::unsupported("number of pieces", "2 or more", advice));
+            return Err(Refusal::unsupported("number of pieces", "2 or more", advice));
         }
         let (counts, expected) = if self.cells.is_surface {
             let mut counts = [0; 4];
@@ -164,7 +164,7 @@ impl<'a> Parser<'a> {
             let count = self.number(tag, "NumberOfCells")?;
             (count.map(|n| [n, 0, 0, 0]), "NumberOfPoints and NumberOfCells of the piece")
         };
-        self.piece = Some(points.zip(counts).ok_or(Problem::Missing { expected })?);
+        self.piece = Some(points.zip(counts).ok_or_else(|| Refusal::missing(expected))?);
         Ok(())
     }
 
@@ -179,7 +179,7 @@ impl<'a> Parser<'a> {
                 Event::End(_) if depth == 0 => return Ok(text),
                 Event::End(_) => depth -= 1,
                 Event::Eof => {
-                    return Err(Problem::Missing { expected: "the end of a DataArray" });
+                    return Err(Refusal::missing("the end of a DataArray"));
                 }
                 _ => {}
             }
@@ -192,7 +192,7 @@ impl<'a> Parser<'a> {
         let components = self.number(tag, "NumberOfComponents")?.unwrap_or(1);
         let format = self.attribute(tag, "format")?.unwrap_or_else(|| "ascii".into());
         let offset = self.number(tag, "offset")?;
-        let (points, cells) = self.piece.ok_or(Problem::Missing { expected: "a Piece element" })?;
+        let (points, cells) = self.piece.ok_or_else(|| Refusal::missing("a Piece element"))?;
         let all = cells.iter().fold(0, |all: usize, &count| all.saturating_add(count));
         // The length of the connectivity is known only from the offsets.
         let rows = match (self.section, name.as_str()) {
@@ -214,7 +214,7 @@ impl<'a> Parser<'a> {
             }
             None => {
                 let advice = "save the array as numbers, or without this array";
-                return Err(Problem::unsupported("array type", kind_name, advice));
+                return Err(Refusal::unsupported("array type", kind_name, advice));
             }
         };
         let expected = rows.map(|rows| rows.saturating_mul(components));
@@ -224,9 +224,9 @@ impl<'a> Parser<'a> {
             ("appended", Some(offset), Some(all)) => Some(all.starting(offset, self.layout)?),
             ("appended", ..) => {
                 let expected = "an offset and an AppendedData element";
-                return Err(Problem::Missing { expected });
+                return Err(Refusal::missing(expected));
             }
-            (other, ..) => return Err(Problem::expected("ascii, binary or appended", other)),
+            (other, ..) => return Err(Refusal::expected("ascii, binary or appended", other)),
         };
         let values = match source {
             None => ascii(kind, text)?,
@@ -234,7 +234,7 @@ impl<'a> Parser<'a> {
                 .inspect_err(|_| self.item = source.place())?,
         };
         let what = format_args!("numbers of array `{}`", name.escape_debug());
-        Problem::require_count(what, expected.unwrap_or(values.len()), values.len())?;
+        Refusal::require_count(what, expected.unwrap_or(values.len()), values.len())?;
         self.put(name, Field { components, values })
     }
 
@@ -244,18 +244,18 @@ impl<'a> Parser<'a> {
             Section::Points => {
                 let advice = "write a single time step";
                 if !self.grid.points.is_empty() {
-                    return Err(Problem::unsupported("a second array of points", name, advice));
+                    return Err(Refusal::unsupported("a second array of points", name, advice));
                 }
-                Problem::require_count("components of points", 3, field.components)?;
+                Refusal::require_count("components of points", 3, field.components)?;
                 self.grid.points = field.to_vectors().unwrap_or_default();
                 self.grid.points_at = Place { byte: self.item, line: None };
             }
             Section::Cells(list) => {
-                let other = || Problem::expected("integers with one component", &name);
+                let other = || Refusal::expected("integers with one component", &name);
                 let labels = field.as_labels().ok_or_else(other)?.to_vec();
                 if self.lists[list].insert(name.clone(), (labels, self.item)).is_some() {
                     let advice = "write a single time step";
-                    return Err(Problem::unsupported("a second array of cells", name, advice));
+                    return Err(Refusal::unsupported("a second array of cells", name, advice));
                 }
             }
             section => self.grid.add_field(section == Section::PointData, name, field)?,
@@ -268,9 +268,8 @@ impl<'a> Parser<'a> {
         let arrays = &mut self.lists[list];
         let (nodes, nodes_at) = arrays.remove("connectivity").unwrap_or_default();
         let Some((offsets, offsets_at)) = arrays.remove("offsets") else {
-            let missing = Problem::Missing { expected: "an array named offsets" };
             let is_empty = count == 0 && self.cells.is_surface;
-            return if is_empty { Ok(None) } else { Err(missing) };
+            return Refusal::require_part(is_empty, "an array named offsets").map(|()| None);
         };
         // The end of each cell, behind a 0.
         let ends = checked_ends(&[&[0], offsets.as_slice()].concat(), nodes.len());
@@ -279,17 +278,16 @@ impl<'a> Parser<'a> {
     }
 
     fn finish(&mut self) -> Result<()> {
-        let (points, counts) =
-            self.piece.ok_or(Problem::Missing { expected: "a Piece element" })?;
+        let (points, counts) = self.piece.ok_or_else(|| Refusal::missing("a Piece element"))?;
         let has_points = self.grid.points.len() == points;
-        Problem::require_part(has_points, "a Points element with an array")?;
+        Refusal::require_part(has_points, "a Points element with an array")?;
         let (types, _) = self.lists[0].remove("types").unwrap_or_default();
         self.grid.set_types(&types);
         for list in 0..if self.cells.is_surface { LISTS.len() } else { 1 } {
             self.cells.lists[list] = self.list(list, counts[list])?;
         }
         let has_types = self.cells.is_surface || self.grid.types.len() == counts[0];
-        Problem::require_part(has_types, "an array named types")?;
+        Refusal::require_part(has_types, "an array named types")?;
         std::mem::take(&mut self.cells).fill(&mut self.grid)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::cursor::{Cursor, Encoding, Result, excerpt};
 use super::number::NumberType;
-use crate::{FieldValues, Problem};
+use crate::{FieldValues, Refusal};
 use base64::{Engine, engine::general_purpose::STANDARD};
 use flate2::read::ZlibDecoder;
 use std::io::Read;
@@ -54,7 +54,7 @@ impl<'a> Source<'a> {
     pub(super) fn starting(&self, offset: usize, layout: Layout) -> Result<Self> {
         let value = i64::try_from(offset).unwrap_or(i64::MAX);
         let bounds = [0, self.data.len() as i64];
-        Problem::require_within("the offset of an appended array", value, bounds)?;
+        Refusal::require_within("the offset of an appended array", value, bounds)?;
         Ok(Self::new(self.at + offset, &self.data[offset..], self.base64, layout))
     }
 
@@ -68,7 +68,7 @@ impl<'a> Source<'a> {
     fn take(&mut self, count: usize, what: &'static str) -> Result<Vec<u8>> {
         let left = self.data.len() - self.position;
         let available = if self.base64 { self.ready.len() + left / 4 * 3 } else { left };
-        Problem::require_bytes(what, count as u128, available)?;
+        Refusal::require_bytes(what, count as u128, available)?;
         if !self.base64 {
             let taken = self.data[self.position..self.position + count].to_vec();
             self.position += count;
@@ -90,14 +90,14 @@ impl<'a> Source<'a> {
             let blanks = rest.iter().take_while(|b| b.is_ascii_whitespace()).count();
             let Some(&character) = rest.get(blanks) else {
                 let available = self.ready.len();
-                return Err(Problem::CutOff { what, needed: available as u128 + 1, available });
+                return Err(Refusal::cut_off(what, available as u128 + 1, available));
             };
             self.position += blanks + 1;
             *slot = character;
         }
         let decoded = STANDARD.decode(group);
         let found = || format!("found `{}` in base64 data", excerpt(&group).escape_debug());
-        self.ready.extend(decoded.map_err(|_| Problem::Damaged { what: found() })?);
+        self.ready.extend(decoded.map_err(|_| damaged(found()))?);
         Ok(())
     }
 
@@ -108,7 +108,8 @@ impl<'a> Source<'a> {
         let bytes = self.take(count.saturating_mul(kind.size()), what)?;
         match kind.decode(&bytes, self.layout.encoding) {
             Ok(FieldValues::Integer(sizes)) => Ok(sizes.iter().map(|&n| n as usize).collect()),
-            _ => Err(Problem::Range { what, value: -1, least: 0, most: i64::MAX }),
+            // A size of 2^63 or more.
+            _ => Refusal::require_within(what, -1, [0, i64::MAX]).map(|()| Vec::new()),
         }
     }
 }
@@ -131,12 +132,17 @@ pub(crate) fn read_array(
         check_size(size, expected)?;
         source.take(size, "numbers of an array")?
     };
-    let too_large = |_| Problem::expected("integers below 2^63", "a larger one");
+    let too_large = |_| Refusal::expected("integers below 2^63", "a larger one");
     kind.decode(&bytes, layout.encoding).map_err(too_large)
 }
 
+/// Numbers that no writer has written.
+fn damaged(what: String) -> Refusal {
+    Refusal(format!("{what}; the file is damaged: export or copy it again"))
+}
+
 fn check_size(found: usize, expected: Option<usize>) -> Result<()> {
-    Problem::require_count("bytes of an array", expected.unwrap_or(found), found)
+    Refusal::require_count("bytes of an array", expected.unwrap_or(found), found)
 }
 
 /// Blocks of equal size, the last one shorter unless its size is given as 0.
@@ -152,7 +158,7 @@ fn inflate(source: &mut Source<'_>, expected: Option<usize>) -> Result<Vec<u8>> 
         let declared = if block + 1 == blocks { last } else { full };
         let data = source.take(size, "compressed blocks")?;
         let what = format!("zlib block {block} must decompress to {declared} bytes, but does not");
-        let broken = Err(Problem::Damaged { what });
+        let broken = Err(damaged(what));
         if declared > size.saturating_mul(MOST_DEFLATE) {
             return broken;
         }

@@ -2,7 +2,7 @@
 
 use super::cursor::save;
 use super::sets::fields_with_sets;
-use crate::{Defect, Field, FieldValues, Mesh, MeshError};
+use crate::{Field, FieldValues, Mesh, MeshError, Refusal};
 use base64::{Engine, engine::general_purpose::STANDARD};
 use quick_xml::escape::escape;
 use std::collections::BTreeMap;
@@ -68,7 +68,7 @@ pub fn write_pvd(path: impl AsRef<Path>, series: &[(f64, &Path)]) -> Result<(), 
     );
     for (time, file) in series {
         let name = file.to_str().filter(|name| !name.chars().any(char::is_control));
-        let lossy = || Defect::Name { name: file.to_string_lossy().into_owned() };
+        let lossy = || Refusal::name(&file.to_string_lossy());
         let name = escape(name.ok_or_else(lossy)?);
         xml += &format!("<DataSet timestep=\"{time:?}\" part=\"0\" file=\"{name}\"/>\n");
     }
@@ -83,7 +83,7 @@ fn field_data(xml: &mut String, numbers: &[(String, f64)]) -> Result<(), MeshErr
     *xml += "<FieldData>\n";
     for (name, number) in numbers {
         if name.is_empty() || name.chars().any(char::is_control) {
-            return Err(Defect::Name { name: name.clone() }.into());
+            return Err(Refusal::name(name).into());
         }
         let name = escape(name);
         let kind = "type=\"Float64\" NumberOfTuples=\"1\" format=\"ascii\"";

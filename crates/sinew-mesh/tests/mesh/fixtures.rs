@@ -2,8 +2,8 @@
 //! back and compared with the values they were made from.
 
 use sinew_mesh::{
-    AnyMesh, Field, FieldValues, MeshError, Problem, QuadraticTetMesh, ReadReport, TetMesh,
-    boundary_facets, box_tetrahedra, read, read_mesh, read_npy,
+    AnyMesh, Field, FieldValues, MeshError, QuadraticTetMesh, ReadReport, TetMesh, boundary_facets,
+    box_tetrahedra, read, read_mesh, read_npy,
 };
 use std::path::PathBuf;
 
@@ -173,7 +173,7 @@ fn refused_files_say_what_to_do() {
     let Err(MeshError::Content { problem, .. }) = read_mesh::<4>(fixture("gmsh_plate.msh")) else {
         panic!("a triangle mesh is not a tetrahedral mesh");
     };
-    assert!(matches!(*problem, Problem::Defect(_)), "{problem}");
+    assert!(problem.to_string().starts_with("the mesh has no tetrahedra"), "{problem}");
 }
 
 #[test]

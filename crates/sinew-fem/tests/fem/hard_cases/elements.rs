@@ -4,11 +4,9 @@ use crate::distort::Distort as _;
 use crate::hard_cases::bodies::scene;
 use crate::hard_cases::checks::*;
 use sinew_energy::laws::{ByYoungPoisson, NeoHookean};
-use sinew_energy::{Body, Load, Scene, SceneError, Support};
+use sinew_energy::{Body, Load, Scene, Support};
 use sinew_fem::{Options, SolveError, Solver};
-use sinew_mesh::{
-    AnyMesh, Defect, TriangleMesh, box_hexahedra, box_tetrahedra, rectangle_triangles,
-};
+use sinew_mesh::{AnyMesh, TriangleMesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
 use std::f64::consts::PI;
 
 fn displacement(potential: &Body, theta: &[f64]) -> Vec<f64> {
@@ -129,8 +127,10 @@ fn a_quadratic_tetrahedron_with_a_middle_node_far_off_is_refused() {
     let middle = mesh.cells[0][4];
     mesh.points[middle] = [3.0, 3.0, 3.0];
     let error = scene(NeoHookean, mesh).lower().unwrap_err();
-    let SceneError::Mesh(Defect::Folded { jacobian, .. }) = error else { panic!("{error}") };
-    assert!(jacobian < 0.0);
+    let text = error.to_string();
+    assert!(
+        text.contains("is folded over at its node") && text.contains("its Jacobian there is -")
+    );
 }
 
 #[test]
@@ -144,7 +144,7 @@ fn a_hexahedron_that_is_listed_twice_or_upside_down_is_refused() {
     // Upside down.
     mesh.cells[0].rotate_left(4);
     let error = scene(NeoHookean, mesh).lower().unwrap_err();
-    assert!(matches!(error, SceneError::Mesh(Defect::Folded { cell: 0, .. })), "{error}");
+    assert!(error.to_string().starts_with("cell 0 is folded over at its node"), "{error}");
 }
 
 #[test]
