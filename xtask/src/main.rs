@@ -21,51 +21,25 @@ mod walks;
 mod wheel;
 mod words;
 
-use anyhow::Result;
-use clap::{Args, Parser, Subcommand};
+use anyhow::{Context, Result, ensure};
+use clap::{Parser, Subcommand};
 
 #[derive(Parser)]
-#[command(name = "cargo xtask", about = "Tasks of the Sinew workspace")]
+#[command(name = "cargo xtask", about = "Tasks of the Sinew workspace", after_help = STUDIES)]
 struct Arguments {
     #[command(subcommand)]
     task: Task,
 }
 
-/// Arguments handed on to a program, `--help` included.
-#[derive(Args)]
-#[command(disable_help_flag = true)]
-struct Options {
-    /// Options of the program; `--help` lists them
-    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-    options: Vec<String>,
-}
-
 #[derive(Subcommand)]
 enum Task {
-    /// Compare data-driven and physics-informed emulators of the thesis' two gravity beams with
-    /// the finite-element solver, from the mesh to the report
-    ReproduceBeam(Options),
-    /// Train emulators of the thesis' organs and measure them against the finite-element solver, on their own meshes and on
-    /// meshes and shapes they were not trained on
-    ReproduceOrgans(Options),
-    /// Measure methods on unseen shapes against the solver: a frozen stiffness, Taylor expansions, regression, and the thesis' networks
-    ReproducePopulations(Options),
-    /// Repeat the thesis' experiments with Gaussian processes and networks that satisfy boundary
-    /// conditions exactly, beside the figures it prints
-    ReproduceGp(Options),
-    /// Compare every figure that the thesis prints with ours: run the studies that are missing and write docs/thesis.md
-    Thesis(Options),
-    /// Calibrate synthetic patients: coverage of intervals, and distance of posteriors from brute force
-    ReproduceCalibration(Options),
     /// Measure the coverage of 95 % intervals of Gaussian processes on twenty problems, none of them of the thesis: number of
     /// data sets or `FIRST..END`, `--only NAME,…`, `--evidence joint|unit`, `--points N`
-    Coverage(Options),
-    /// Compare error estimates of emulators with true errors, on bodies and ranges that nothing was tuned for
-    CoverageEstimates(Options),
-    /// Run the benchmarks of the solver, against references that share no code with it
-    Verify(Options),
-    /// Repeat a measurement that documents cite; `--help` lists them
-    Measure(Options),
+    Coverage {
+        /// Options of the program
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        options: Vec<String>,
+    },
     /// Format, lints, documentation, dependency arrows, circles of imports, walks and tests: what continuous integration runs
     Ci,
     /// Compare the crates' dependencies with the table in docs/architecture.md, and find tests that never run
@@ -109,24 +83,21 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         options: Vec<String>,
     },
+    #[command(external_subcommand)]
+    Study(Vec<String>),
 }
+
+/// Tasks of `sinew-studies`, told by the help.
+const STUDIES: &str = "Studies, each with its own --help: reproduce-beam reproduce-organs reproduce-populations reproduce-gp \
+                       reproduce-calibration coverage-estimates thesis verify measure";
 
 fn main() -> Result<()> {
     if std::env::var_os(stand_in::STANDS_IN).is_some() {
         std::process::exit(i32::from(!stand_in::stand_in()?));
     }
-    let study = |task: &str, of: Options| command::study(task, &of.options);
     match Arguments::parse().task {
-        Task::ReproduceBeam(options) => study("reproduce-beam", options),
-        Task::ReproduceOrgans(options) => study("reproduce-organs", options),
-        Task::ReproducePopulations(options) => study("reproduce-populations", options),
-        Task::ReproduceGp(options) => study("reproduce-gp", options),
-        Task::Thesis(options) => study("thesis", options),
-        Task::ReproduceCalibration(options) => study("reproduce-calibration", options),
-        Task::Coverage(Options { options }) => command::coverage(&options),
-        Task::CoverageEstimates(options) => study("coverage-estimates", options),
-        Task::Verify(options) => study("verify", options),
-        Task::Measure(options) => study("measure", options),
+        Task::Study(words) => study(&words),
+        Task::Coverage { options } => command::coverage(&options),
         Task::Ci => ci::run(),
         Task::Arrows => arrows::check(),
         Task::Words => words::check(),
@@ -142,4 +113,11 @@ fn main() -> Result<()> {
         Task::Page { pages } => page::check(&pages),
         Task::Bench { options } => command::benches(&options),
     }
+}
+
+/// Runs a study, whose own options follow its name.
+fn study(words: &[String]) -> Result<()> {
+    let (task, options) = words.split_first().context("no task is named")?;
+    ensure!(STUDIES.split(' ').any(|name| name == task), "there is no task `{task}`. {STUDIES}");
+    command::study(task, options)
 }
