@@ -26,9 +26,7 @@ pub use sanity::{
     branched_in_words, doubtful_displacements, doubtful_emulator, locking_at_most,
     locking_in_words, moved_most, negligible_displacement,
 };
-pub use select::{
-    Select, SelectBeyond, SelectBox, SelectFacing, SelectNear, SelectPlane, SelectSphere,
-};
+pub use select::Select;
 pub use supports::{Rotation, Support};
 pub use training::{Optimiser, RecipeName, Training};
 pub use units::stress_in_kpa;

@@ -7,99 +7,69 @@ use serde::Deserialize;
 use sinew_mesh::{AnyMesh, ReadReport, Selection, TriangleMesh, read_mesh};
 use std::path::{Path, PathBuf};
 
-/// Conditions on nodes and facets, all of which hold. Lengths are in mm.
+/// Conditions on nodes and facets, all of which hold (docs/case-file.md). Lengths are in mm.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Select {
-    /// Points on a plane.
-    pub plane: Option<SelectPlane>,
-    /// Points on a plane, and on the side that its normal points to.
-    pub beyond: Option<SelectBeyond>,
-    /// Points in a box along the axes.
+    plane: Option<Plane>,
+    beyond: Option<Side>,
     #[serde(rename = "box")]
-    pub cuboid: Option<SelectBox>,
-    /// Points in a ball.
-    pub sphere: Option<SelectSphere>,
-    /// Facets by their outward normal.
-    pub facing: Option<SelectFacing>,
-    /// Near a surface of a file.
-    pub near: Option<SelectNear>,
-    /// The node nearest to a point.
-    pub nearest: Option<Exactly<f64, 3>>,
-    /// Members of a set of the mesh, or of another selection.
-    pub set: Option<String>,
-    /// Facets between the cells of two sets or labels.
-    pub between: Option<Exactly<toml::Value, 2>>,
-    /// Points in at least one of these.
-    pub any: Option<Vec<Select>>,
-    /// These do not hold together.
-    pub not: Option<Box<Select>>,
+    cuboid: Option<Cuboid>,
+    sphere: Option<Ball>,
+    facing: Option<Facing>,
+    near: Option<Near>,
+    nearest: Option<Exactly<f64, 3>>,
+    set: Option<String>,
+    between: Option<Exactly<toml::Value, 2>>,
+    any: Option<Vec<Select>>,
+    not: Option<Box<Select>>,
 }
 
-/// See [`Selection::plane`].
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct SelectPlane {
-    /// A point of the plane \[mm\].
-    pub point: Exactly<f64, 3>,
-    /// Normal of the plane, of any length.
-    pub normal: Exactly<f64, 3>,
-    /// Largest distance from it, on either side \[mm\]; by default that of rounding errors.
+struct Plane {
+    point: Exactly<f64, 3>,
+    normal: Exactly<f64, 3>,
     #[serde(default)]
-    pub within: f64,
+    within: f64,
 }
 
-/// See [`Selection::HalfSpace`].
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct SelectBeyond {
-    /// A point of the plane \[mm\].
-    pub point: Exactly<f64, 3>,
-    /// Normal of the plane, which points to the side that is chosen.
-    pub normal: Exactly<f64, 3>,
+struct Side {
+    point: Exactly<f64, 3>,
+    normal: Exactly<f64, 3>,
 }
 
-/// See [`Selection::Box`].
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct SelectBox {
-    /// Smallest coordinates \[mm\].
-    pub min: Exactly<f64, 3>,
-    /// Largest coordinates \[mm\].
-    pub max: Exactly<f64, 3>,
+struct Cuboid {
+    min: Exactly<f64, 3>,
+    max: Exactly<f64, 3>,
 }
 
-/// See [`Selection::Sphere`].
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct SelectSphere {
-    /// Centre of the sphere \[mm\].
-    pub centre: Exactly<f64, 3>,
-    /// Radius of the sphere \[mm\].
-    pub radius: f64,
+struct Ball {
+    centre: Exactly<f64, 3>,
+    radius: f64,
 }
 
-/// See [`Selection::Facing`].
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct SelectFacing {
-    /// Direction, of any length.
-    pub direction: Exactly<f64, 3>,
-    /// Largest angle between it and the outward normal \[degrees\].
-    pub degrees: f64,
+struct Facing {
+    direction: Exactly<f64, 3>,
+    degrees: f64,
 }
 
-/// See [`Selection::near`] and [`Selection::nearer`].
+/// Files of surfaces are relative to the case file and in the unit of the mesh.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct SelectNear {
-    /// File of a surface, relative to the case file and in the unit of the mesh.
-    pub surface: PathBuf,
-    /// Largest distance from it \[mm\].
-    pub within: Option<f64>,
-    /// Files of other surfaces, to none of which it is nearer.
+struct Near {
+    surface: PathBuf,
+    within: Option<f64>,
     #[serde(default)]
-    pub rather_than: Vec<PathBuf>,
+    rather_than: Vec<PathBuf>,
 }
 
 /// The factor of the lengths of a file that was read.
@@ -108,7 +78,7 @@ type Scale<'s> = &'s dyn Fn(&ReadReport) -> f64;
 impl Select {
     /// Makes the files of surfaces relative to a folder.
     pub(super) fn relative_to(&mut self, folder: &Path) {
-        if let Some(SelectNear { surface, rather_than, .. }) = &mut self.near {
+        if let Some(Near { surface, rather_than, .. }) = &mut self.near {
             let files = std::iter::once(surface).chain(rather_than);
             files.for_each(|file| *file = folder.join(&*file));
         }
@@ -152,7 +122,7 @@ impl Select {
     }
 }
 
-impl SelectNear {
+impl Near {
     fn selections(&self, scale: Scale<'_>) -> Result<Vec<Selection>, String> {
         let surface = surface(&self.surface, scale)?;
         let others = self.rather_than.iter().map(|file| self::surface(file, scale));
