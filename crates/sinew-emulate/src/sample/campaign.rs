@@ -89,64 +89,6 @@ impl Shard {
             (None, None) => ShardState::Missing,
         })
     }
-
-    /// Shard by its name: `3/16`; `auto` for the task of the job array that this process is; or `auto:0-15`, which also says the first and
-    /// the last task of the whole array. That is needed where the scheduler does not tell, as PBS, and where some tasks are submitted again.
-    /// `variable` reads the environment.
-    ///
-    /// ```
-    /// use sinew_emulate::Shard;
-    /// let task = |name: &str| (name == "PBS_ARRAY_INDEX").then(|| "2".to_string());
-    /// assert_eq!(Shard::named("auto:0-15", task)?.to_string(), "3/16");
-    /// assert_eq!(Shard::named("auto:1-16", task)?.to_string(), "2/16");
-    /// assert!(Shard::named("auto", task).unwrap_err().contains("auto:1-16"));
-    /// # Ok::<(), String>(())
-    /// ```
-    ///
-    /// # Errors
-    /// Another text, no task of an array, a task outside of its array, or an array whose tasks have gaps, in words.
-    pub fn named(text: &str, variable: impl Fn(&str) -> Option<String>) -> Result<Self, String> {
-        let range = match text.strip_prefix("auto").map(|rest| (rest, rest.strip_prefix(':'))) {
-            Some(("", _)) => None,
-            Some((_, Some(range))) => Some(range),
-            _ => return text.parse(),
-        };
-        let number =
-            |name: &str| variable(name).and_then(|value| value.trim().parse::<usize>().ok());
-        let found = SCHEDULERS.iter().find_map(|own| Some((own, number(own.task)?)));
-        let Some((Scheduler { name, array, count, .. }, task)) = found else {
-            let names = SCHEDULERS.map(|scheduler| scheduler.task).join(", ");
-            return Err(format!(
-                "this process is not a task of a job array: none of {names} is a number; submit an array, or give INDEX/COUNT such as 3/16"
-            ));
-        };
-        let told = || {
-            let [first, last, step] = array.as_ref()?.map(number);
-            Some([first?, last?, step.unwrap_or(1)])
-        };
-        let untold = || {
-            format!(
-                "{name} tells task {task} not how many there are; say it, such as auto:1-16 or auto:0-15"
-            )
-        };
-        let [first, last, step] = match range {
-            Some(range) => given(text, range)?,
-            None => told().ok_or_else(untold)?,
-        };
-        let outside =
-            || format!("task {task} is not one of an array {first}-{last} by steps of {step}");
-        if step == 0 || last < first || task < first || (task - first) % step != 0 {
-            return Err(outside());
-        }
-        let tasks = (last - first) / step + 1;
-        let told = count.and_then(number);
-        if range.is_none() && (first > 1 || told.is_some_and(|told| told != tasks)) {
-            return Err(format!(
-                "{name} tells of a part of an array only: {first} to {last}; say which tasks the whole has, such as auto:1-16"
-            ));
-        }
-        Self::new((task - first) / step + 1, tasks).ok_or_else(outside)
-    }
 }
 
 impl std::fmt::Display for Shard {
@@ -252,34 +194,6 @@ struct Counts {
     failures: Vec<IgnoredAny>,
 }
 
-/// Environment variables of a scheduler.
-struct Scheduler {
-    name: &'static str,
-    task: &'static str,
-    /// First and last task of the array, and the step between two, where the scheduler tells.
-    array: Option<[&'static str; 3]>,
-    /// Number of tasks, where the scheduler tells.
-    count: Option<&'static str>,
-}
-
-const SCHEDULERS: [Scheduler; 5] = [
-    Scheduler {
-        name: "Slurm",
-        task: "SLURM_ARRAY_TASK_ID",
-        array: Some(["SLURM_ARRAY_TASK_MIN", "SLURM_ARRAY_TASK_MAX", "SLURM_ARRAY_TASK_STEP"]),
-        count: Some("SLURM_ARRAY_TASK_COUNT"),
-    },
-    Scheduler {
-        name: "Grid Engine",
-        task: "SGE_TASK_ID",
-        array: Some(["SGE_TASK_FIRST", "SGE_TASK_LAST", "SGE_TASK_STEPSIZE"]),
-        count: None,
-    },
-    Scheduler { name: "PBS", task: "PBS_ARRAY_INDEX", array: None, count: None },
-    Scheduler { name: "Torque", task: "PBS_ARRAYID", array: None, count: None },
-    Scheduler { name: "LSF", task: "LSB_JOBINDEX", array: None, count: None },
-];
-
 /// The first file that is not as it was sealed.
 fn damaged(seal: &Seal, folder: &Path) -> Option<String> {
     let found = sums(folder).unwrap_or_default();
@@ -290,13 +204,4 @@ fn damaged(seal: &Seal, folder: &Path) -> Option<String> {
 fn sums(folder: &Path) -> Result<Vec<(String, u32)>> {
     let files = STORED.into_iter().filter(|name| folder.join(name).exists());
     Ok(checksums(folder, files.map(String::from))?.into_iter().collect())
-}
-
-/// First and last task as the command line gives them.
-fn given(text: &str, range: &str) -> Result<[usize; 3], String> {
-    let ends = range.split_once('-').and_then(|(a, b)| Some([a.parse().ok()?, b.parse().ok()?]));
-    let [first, last] = ends.ok_or_else(|| {
-        format!("`{text}` is not a shard; write auto:FIRST-LAST, such as auto:1-16")
-    })?;
-    Ok([first, last, 1])
 }

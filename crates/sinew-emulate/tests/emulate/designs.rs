@@ -1,4 +1,4 @@
-//! Designs of parameter sets, and shards by the tasks of a job array.
+//! Designs of parameter sets, and shards.
 
 use sinew_emulate::{Design, Error, Shard, share_of};
 use sinew_energy::{Parameter, Sampling};
@@ -70,52 +70,14 @@ fn ranges_that_make_no_sense_are_named() {
     assert!(error.contains('k') && error.contains('0'), "{error}");
 }
 
-/// Shard of a task whose environment is `NAME=value` with spaces between.
-fn task(text: &str, environment: &str) -> Result<String, String> {
-    let value = |name: &str| {
-        let mut pairs = environment.split(' ').filter_map(|pair| pair.split_once('='));
-        pairs.find(|(own, _)| *own == name).map(|(_, value)| value.to_string())
-    };
-    Shard::named(text, value).map(|shard| shard.to_string())
-}
-
 #[test]
-fn tasks_of_arrays_from_nought_and_from_one_are_shards() {
-    let slurm = |id: usize, min: usize, max: usize, step: usize, count: usize| {
-        format!(
-            "SLURM_ARRAY_TASK_ID={id} SLURM_ARRAY_TASK_MIN={min} SLURM_ARRAY_TASK_MAX={max} SLURM_ARRAY_TASK_STEP={step} \
-             SLURM_ARRAY_TASK_COUNT={count}"
-        )
-    };
-    let sge = "SGE_TASK_ID=16 SGE_TASK_FIRST=1 SGE_TASK_LAST=16 SGE_TASK_STEPSIZE=1";
-    let told = "SLURM_ARRAY_TASK_ID=undefined SGE_TASK_ID=undefined PBS_ARRAY_INDEX=0";
-    for (text, environment, shard) in [
-        ("auto", slurm(16, 1, 16, 1, 16), "16/16"),
-        ("auto", slurm(0, 0, 15, 1, 16), "1/16"),
-        ("auto", slurm(15, 0, 15, 5, 4), "4/4"),
-        ("auto:1-16", slurm(3, 3, 3, 1, 1), "3/16"),
-        ("auto:0-15", slurm(3, 3, 7, 1, 2), "4/16"),
-        ("auto", sge.into(), "16/16"),
-        ("auto:0-3", told.into(), "1/4"),
-        ("auto:1-16", "PBS_ARRAYID=7".into(), "7/16"),
-        ("3/16", String::new(), "3/16"),
-    ] {
-        assert_eq!(task(text, &environment), Ok(shard.into()), "{text} {environment}");
+fn shards_are_named_by_index_and_count() {
+    for text in ["1/1", "3/16", "16/16"] {
+        assert_eq!(text.parse::<Shard>().map(|shard| shard.to_string()), Ok(text.into()));
     }
-    for (text, environment, said) in [
-        ("auto", String::new(), "none of SLURM_ARRAY_TASK_ID, SGE_TASK_ID, PBS_ARRAY_INDEX"),
-        ("auto", "SGE_TASK_ID=undefined".into(), "none of"),
-        ("auto", "PBS_ARRAY_INDEX=3".into(), "PBS tells task 3 not how many"),
-        ("auto", "SLURM_ARRAY_TASK_ID=3".into(), "Slurm tells task 3 not how many"),
-        ("auto", slurm(3, 3, 3, 1, 1), "a part of an array only: 3 to 3"),
-        ("auto", slurm(1, 1, 9, 1, 3), "a part of an array only: 1 to 9"),
-        ("auto:1-16", "PBS_ARRAY_INDEX=0".into(), "task 0 is not one of an array 1-16"),
-        ("auto:0-15", "PBS_ARRAY_INDEX=16".into(), "task 16 is not one of an array 0-15"),
-        ("auto:16", "PBS_ARRAY_INDEX=3".into(), "auto:FIRST-LAST"),
-        ("automatic", "PBS_ARRAY_INDEX=3".into(), "INDEX/COUNT"),
-        ("3", String::new(), "INDEX/COUNT"),
-    ] {
-        let error = task(text, &environment).unwrap_err();
-        assert!(error.contains(said), "{text} {environment}: {error}");
+    // Outside of an array `$SLURM_ARRAY_TASK_ID/16` is the first of these.
+    for text in ["/16", "0/16", "17/16", "3", "3/", "3/16/2"] {
+        let error = text.parse::<Shard>().unwrap_err();
+        assert!(error.contains(&format!("`{text}`")) && error.contains("INDEX/COUNT"), "{error}");
     }
 }

@@ -32,9 +32,8 @@ pub(crate) struct Sample {
     /// Solve each parameter set
     #[arg(long)]
     solve: bool,
-    /// Solve one shard only, such as 3/16. `auto` takes the shard of this task of a job array (Slurm, SGE); PBS does not tell the
-    /// size of its arrays, so write auto:0-15
-    #[arg(long, value_name = "INDEX/COUNT", requires = "solve", value_parser = shard)]
+    /// Solve one shard only, such as 3/16, or $SLURM_ARRAY_TASK_ID/16 in a task of a job array
+    #[arg(long, value_name = "INDEX/COUNT", requires = "solve")]
     shard: Option<Shard>,
     /// Write the script of a campaign for a scheduler: all shards, and their merge
     #[arg(long, value_name = "SCHEDULER", conflicts_with_all = ["solve", "shard"])]
@@ -42,10 +41,6 @@ pub(crate) struct Sample {
     /// Shards of the campaign that --script writes
     #[arg(long, value_name = "COUNT", default_value = "16", requires = "script")]
     shards: NonZeroUsize,
-}
-
-fn shard(text: &str) -> Result<Shard, String> {
-    Shard::named(text, |name| std::env::var(name).ok())
 }
 
 /// Design, seed and counts of the samples, stored for the merging of the shards.

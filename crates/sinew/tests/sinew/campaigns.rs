@@ -210,8 +210,9 @@ fn a_campaign_on_slurm_survives_a_requeue_and_a_dead_node() {
     let told = cluster.said("sh", "parts/sample/slurm.sh --mem=50");
     let array =
         told.lines().find_map(|line| line.strip_prefix("Submitted array job ")).expect(&told);
-    // Tasks that count from nought, and know their number from Slurm alone.
-    let line = "sinew sample bar.toml --count 6 --solve --out auto --shard auto";
+    // Tasks that count from nought.
+    let line =
+        "sinew sample bar.toml --count 6 --solve --out auto --shard $((SLURM_ARRAY_TASK_ID + 1))/2";
     cluster.client("sbatch").args(["--array=0-1", "--mem=50", "--wrap", line]).output().unwrap();
 
     let running =

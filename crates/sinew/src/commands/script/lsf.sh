@@ -6,7 +6,7 @@ cd «here» || exit
 told=$(bsub -J «array» -o «logs» -Q 3 -wa TERM -wt 1 "$@" <<'SHARD'
 #!/bin/bash
 export RAYON_NUM_THREADS=${LSB_DJOB_NUMPROC:-1}
-exec «sample» --shard auto:1-«shards»
+exec «sample» --shard $LSB_JOBINDEX/«shards»
 SHARD
 ) || exit
 array=$(echo "$told" | sed -n 's/^Job <\([0-9]*\)>.*/\1/p')

@@ -6,7 +6,7 @@ array=$(sbatch --parsable --job-name=«name» --array=1-«shards» --output=«lo
   --requeue --signal=TERM@60 "$@" <<'SHARD'
 #!/bin/bash
 export RAYON_NUM_THREADS=${SLURM_CPUS_PER_TASK:-1}
-srun «sample» --shard auto:1-«shards»
+srun «sample» --shard $SLURM_ARRAY_TASK_ID/«shards»
 code=$?
 # Stopped a minute before its time was up, with everything stored: the same task again.
 if [ $code -eq 3 ]; then scontrol requeue "$SLURM_JOB_ID"; fi
