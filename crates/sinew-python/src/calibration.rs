@@ -4,7 +4,6 @@ use crate::case::NativeCase;
 use crate::errors::{Result, said};
 use crate::relay;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use sinew::calibrate::{Verdict, calibrate as sampled, check_identifiability};
 use sinew::calibration::{
     ahead_in_words, arviz, in_words, kept, observed, setting_in_words, too_stiff, written,
@@ -58,8 +57,9 @@ fn duration(seconds: f64) -> Duration {
     Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
 }
 
-/// A check before sampling.
-struct Checked {
+/// A check before sampling, a dictionary in Python.
+#[derive(IntoPyObject)]
+pub(crate) struct Checked {
     verdict: &'static str,
     words: Vec<String>,
     theta: Vec<(String, f64)>,
@@ -69,13 +69,13 @@ struct Checked {
 
 /// Whether the model calibrates the data, at the most likely parameters.
 #[pyfunction]
-pub(crate) fn check_calibration<'py>(
+pub(crate) fn check_calibration(
     case: &NativeCase,
     budget: Option<f64>,
-    listener: &Bound<'py, PyAny>,
-) -> Result<Bound<'py, PyDict>> {
+    listener: &Bound<'_, PyAny>,
+) -> Result<Checked> {
     let case = case.case.clone();
-    let found = relay::run(listener, move |observer| -> Result<_> {
+    relay::run(listener, move |observer| -> Result<_> {
         let file = PatientFile::of(case)?;
         let prepared = file.prepare()?;
         let patient = prepared.patient()?;
@@ -103,14 +103,7 @@ pub(crate) fn check_calibration<'py>(
                     .chain(patient.states_checked(&mode.theta, false).iter().flat_map(too_stiff)),
             ),
         })
-    })?;
-    let result = PyDict::new(listener.py());
-    result.set_item("verdict", found.verdict)?;
-    result.set_item("words", found.words)?;
-    result.set_item("theta", found.theta)?;
-    result.set_item("misfits", found.misfits)?;
-    result.set_item("warnings", found.warnings)?;
-    Ok(result)
+    })
 }
 
 /// The case with data that the solver gives at θ, with noise.

@@ -336,19 +336,15 @@ impl NativeCase {
             Solver::new(&body)?.trace(&asked, &Options::default(), || counter.step(1, ""))
         })?;
         let found = PyDict::new(py);
-        let fields: Vec<_> =
-            trace.solutions.iter().map(|solution| &solution.displacement[..]).collect();
+        let solutions = &trace.solutions;
+        let fields: Vec<_> = solutions.iter().map(|solution| &solution.displacement[..]).collect();
         let warnings = results::doubts(py, &self.body, &thetas[..fields.len()], &fields);
-        let fields = trace.solutions.iter().map(|solution| Some(&solution.displacement));
-        let missing = std::iter::repeat_n(None, thetas.len() - trace.solutions.len());
-        let fields: Vec<_> = fields.chain(missing).collect();
-        found.set_item("displacement", results::by_nodes(&self.body, fields.into_iter()))?;
-        let pressures = trace.solutions.iter().map(|solution| Some(&solution.pressure));
-        let missing = std::iter::repeat_n(None, thetas.len() - trace.solutions.len());
-        let pressures: Vec<_> = pressures.chain(missing).collect();
-        found.set_item("pressure", results::by_row_or_nan(&pressures))?;
+        let fields = (0..thetas.len()).map(|row| Some(&solutions.get(row)?.displacement));
+        found.set_item("displacement", results::by_nodes(&self.body, fields))?;
+        let pressures = (0..thetas.len()).map(|row| Some(&solutions.get(row)?.pressure));
+        found.set_item("pressure", results::by_row_or_nan(&pressures.collect::<Vec<_>>()))?;
         found.set_item("theta", Array::stacked(&thetas, self.body.parameters.len()))?;
-        found.set_item("found", trace.solutions.len())?;
+        found.set_item("found", solutions.len())?;
         found.set_item("end", trace.end.map(|end| end_in_words(&self.body, &end)))?;
         found.set_item("warnings", warnings)?;
         Ok(found)
