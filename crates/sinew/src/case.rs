@@ -361,7 +361,8 @@ impl Case {
         self.check_kinds(&mesh)?;
         if matches!(formulation, Formulation::Quadratic | Formulation::Mixed) {
             // Nodes are marked before means of the marks would stand in the middle of edges.
-            self.marked_sets().for_each(|set| drop(supports::add_node_set(&mut mesh, set)));
+            let sets = self.sets_of_nodes();
+            sets.for_each(|(_, set)| drop(supports::add_node_set(&mut mesh, set)));
             let is_linear = !mesh.element().is_quadratic();
             mesh = mesh::quadratic(mesh).map_err(|element| {
                 let reason = format!("{element} have no quadratic form here; choose \"averaged\"");
@@ -371,7 +372,9 @@ impl Case {
         }
         let loads = self.lower_loads(&mesh, law)?;
         let supports = self.lower_supports(&mut mesh)?;
-        self.prepare_factors(&mut mesh)?;
+        for (key, factors) in self.factors() {
+            factors.prepare(key, &mut mesh, &self.source)?;
+        }
         let material = self.law.material(law, self.active.is_some());
         let scene = Scene { parameters, loads, supports, ..Scene::new(mesh, material) };
         let scene = match formulation {
@@ -460,8 +463,10 @@ impl Case {
             SceneError::Law(_) => &["law"],
             _ => &["mesh"],
         };
-        let loose = matches!(error, SceneError::LooseRim(_));
-        let advice = if loose { self.advice_on_rims() } else { String::new() };
-        self.source.error(key, format!("{error}{advice}"))
+        let reason = match &error {
+            SceneError::LooseRim(_) => format!("{error}; to do so, {}", loads::LOOSE),
+            _ => error.to_string(),
+        };
+        self.source.error(key, reason)
     }
 }

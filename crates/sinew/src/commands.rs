@@ -307,19 +307,16 @@ pub(crate) fn code(error: &anyhow::Error) -> u8 {
     if let Some(Unpassed(code)) = error.downcast_ref() {
         return *code;
     }
-    match error.downcast_ref::<EmulatorError>() {
-        Some(EmulatorError::Interrupted { .. }) => 3,
-        _ if is_usage(error) => 2,
-        _ => 1,
-    }
-}
-
-fn is_usage(error: &anyhow::Error) -> bool {
     use EmulatorError as E;
-    error.chain().any(|cause| match cause.downcast_ref() {
+    let is_usage = |cause: &(dyn std::error::Error + 'static)| match cause.downcast_ref() {
         Some(E::Setting { .. } | E::Request(_) | E::Samples(_)) => true,
         _ => cause.is::<CaseError>() || cause.is::<ThetaText>() || cause.is::<Usage>(),
-    })
+    };
+    match error.downcast_ref() {
+        Some(E::Interrupted { .. }) => 3,
+        _ if error.chain().any(is_usage) => 2,
+        _ => 1,
+    }
 }
 
 /// A check without the answer that a script waits for, with its exit code.

@@ -135,7 +135,9 @@ impl<'a> Results<'a> {
     /// their size in bytes where they were left out.
     fn write_tables(&self, folder: &Path, arrays: bool) -> Result<Option<usize>, MeshError> {
         write_table(folder, &self.table())?;
-        let of_row = 3 * self.names.len() * self.body.nodes + self.stress_numbers();
+        // Stress and strain: two tensors, two triples, two numbers, and a direction with two more.
+        let of_stresses = if self.stresses { 31 * self.body.cell_count() } else { 0 };
+        let of_row = 3 * self.names.len() * self.body.nodes + of_stresses;
         let bytes = size_of::<f64>() * self.rows.len() * of_row;
         let left_out = (!arrays && bytes > MOST_BYTES).then_some(bytes);
         if left_out.is_none() {
@@ -187,13 +189,6 @@ impl<'a> Results<'a> {
     fn arrays(&self) -> Vec<String> {
         let others = self.names.iter().skip(1).map(|name| format!("{DISPLACEMENT}_{name}"));
         std::iter::once(DISPLACEMENT.into()).chain(others).collect()
-    }
-
-    /// Numbers of stress, strain and fibres in a row of the arrays.
-    fn stress_numbers(&self) -> usize {
-        // Two tensors, two triples, two numbers, and a direction with two more.
-        const MOST: usize = 31;
-        if self.stresses { MOST * self.body.cell_count() } else { 0 }
     }
 
     /// Stress and strain of cells as arrays by name, NaN where a row has none.

@@ -159,12 +159,18 @@ pub fn parse_way(text: &str, parameters: &[Parameter]) -> Result<(usize, [f64; 2
     }
     let read = |text| number(text, &parameter.unit, parameter).map_err(error);
     let ends = [read(start)?, read(end)?];
-    if let Some((bare, unit)) = unclear([start, end], ends, parameter) {
-        let own = parameter.unit.name();
-        let reason = format!(
-            "`{bare}` has no unit, and the other end is in {unit}; write {bare}{own} or {bare}{unit}"
-        );
-        return Err(error(reason));
+    // 0 is the same in all units.
+    for (bare, value, other) in [(start, ends[0], end), (end, ends[1], start)] {
+        let (without, unit) = (number_and_unit(bare).1.is_empty(), number_and_unit(other).1);
+        let size = |unit: &Unit| unit.in_scene(1.0);
+        let differs = unit_of(unit, parameter).is_ok_and(|u| size(&u) != size(&parameter.unit));
+        if without && value != 0.0 && differs {
+            let own = parameter.unit.name();
+            let reason = format!(
+                "`{bare}` has no unit, and the other end is in {unit}; write {bare}{own} or {bare}{unit}"
+            );
+            return Err(error(reason));
+        }
     }
     match ends[0] == ends[1] {
         true => {
@@ -188,22 +194,6 @@ pub fn thetas_along(theta: &[f64], (index, ends): (usize, [f64; 2]), steps: u32)
         theta
     };
     (0..=steps).map(at).collect()
-}
-
-/// An end of a way without unit, other than 0, and the unit of the other end where that is not the parameter's.
-fn unclear<'a>(
-    [start, end]: [&'a str; 2],
-    ends: [f64; 2],
-    parameter: &Parameter,
-) -> Option<(&'a str, &'a str)> {
-    let pairs = [(start, ends[0], end), (end, ends[1], start)];
-    let found = pairs.map(|(bare, value, other)| {
-        let (own, given) = (number_and_unit(bare).1, number_and_unit(other).1);
-        let differs = unit_of(given, parameter)
-            .is_ok_and(|u| u.in_scene(1.0) != parameter.unit.in_scene(1.0));
-        (own.is_empty() && value != 0.0 && differs).then_some((bare, given))
-    });
-    found.into_iter().flatten().next()
 }
 
 /// θ from a CSV table, as [`read_rows`]; every row must be one.

@@ -27,7 +27,7 @@ pub struct Factors {
 
 impl Factors {
     /// Checks that the factors name either a field or a set, and that the mesh has it.
-    fn prepare(&self, key: &str, mesh: &mut AnyMesh, source: &Source) -> Result<()> {
+    pub(super) fn prepare(&self, key: &str, mesh: &mut AnyMesh, source: &Source) -> Result<()> {
         match (&self.field, &self.nodes, &self.cells, self.factor) {
             (Some(_), None, None, None) => Ok(()),
             (None, Some(nodes), None, Some(_)) => {
@@ -112,13 +112,8 @@ impl Case {
         })
     }
 
-    /// Sets that factors name, each with the key of the factors.
-    pub(super) fn sets_of_factors(&self) -> impl Iterator<Item = (&'static str, &str)> {
-        self.factors().filter_map(|(key, factors)| Some((key, factors.nodes.as_deref()?)))
-    }
-
     /// Factors with their keys.
-    fn factors(&self) -> impl Iterator<Item = (&'static str, &Factors)> {
+    pub(super) fn factors(&self) -> impl Iterator<Item = (&'static str, &Factors)> {
         let stiffness = self.stiffness.iter().map(|factors| (STIFFNESS, factors));
         stiffness.chain(self.of_tension().map(|factors| (ACTIVE, factors)))
     }
@@ -126,11 +121,6 @@ impl Case {
     /// Factors of the tension, where they differ from 1.
     fn of_tension(&self) -> Option<&Factors> {
         self.active.as_ref().filter(|factors| **factors != Factors::default())
-    }
-
-    /// Makes sure that the mesh has the sets that factors name.
-    pub(super) fn prepare_factors(&self, mesh: &mut AnyMesh) -> Result<()> {
-        self.factors().try_for_each(|(key, factors)| factors.prepare(key, mesh, &self.source))
     }
 
     /// The body with its field of stiffness, which leaves the tension as it is, and with factors of the tension.

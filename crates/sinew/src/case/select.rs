@@ -181,21 +181,17 @@ impl Case {
             let sets = [("endocardium", endocardium), ("epicardium", epicardium), ("base", base)];
             sets.map(|(key, set)| (vec!["fibres".into(), "rule".into(), key.into()], set.as_str()))
         });
-        let factors =
-            self.sets_of_factors().map(|(key, set)| (vec![key.into(), "nodes".into()], set));
+        let factors = self.factors().filter_map(|(key, factors)| {
+            Some((vec![key.into(), "nodes".into()], factors.nodes.as_deref()?))
+        });
         supports.chain(loads).chain(rule).chain(factors).collect()
     }
 
-    /// Sets of nodes with their keys.
-    fn sets_of_nodes(&self) -> impl Iterator<Item = (Vec<String>, &str)> {
+    /// Sets of nodes, which fields may mark, with their keys.
+    pub(super) fn sets_of_nodes(&self) -> impl Iterator<Item = (Vec<String>, &str)> {
         let named = self.sets_named().into_iter();
         let of_facets = ["loads", "fibres"];
         named.filter(move |(keys, _)| !of_facets.contains(&keys[0].as_str()))
-    }
-
-    /// Sets of nodes, which fields may mark.
-    pub(super) fn marked_sets(&self) -> impl Iterator<Item = &str> {
-        self.sets_of_nodes().map(|(_, set)| set)
     }
 
     /// Refuses names of sets of the mesh that are of several kinds; a selection is in place of them.

@@ -75,7 +75,11 @@ impl Sample {
         self.check_campaign(design, &text, &folder)?;
         store::write_bytes(&path, text.as_bytes())?;
         if let Some(shard) = self.shard {
-            return self.solve_shard(body, &thetas, shard, &folder);
+            let found = simulate_shard(body, &thetas, shard, &folder, &mut stoppable()?)?;
+            found.failures.iter().for_each(|failure| told_failure(body, failure));
+            let (solved, of) = (found.fields.len(), shard.samples(self.count).len());
+            println!("shard {shard}: {solved} of {of} samples solved");
+            return Ok(());
         }
         if let Some(scheduler) = self.script {
             return self.write_script(scheduler, body, &folder);
@@ -153,20 +157,6 @@ impl Sample {
                 folder.display()
             )
         })
-    }
-
-    fn solve_shard(
-        &self,
-        body: &Body,
-        thetas: &[Vec<f64>],
-        shard: Shard,
-        folder: &Path,
-    ) -> Result<()> {
-        let found = simulate_shard(body, thetas, shard, folder, &mut stoppable()?)?;
-        found.failures.iter().for_each(|failure| told_failure(body, failure));
-        let (solved, of) = (found.fields.len(), shard.samples(self.count).len());
-        println!("shard {shard}: {solved} of {of} samples solved");
-        Ok(())
     }
 }
 

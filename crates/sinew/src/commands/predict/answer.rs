@@ -153,21 +153,20 @@ impl Plan {
 
 /// The table of costs.
 fn table(plan: &Costs) {
+    let threads = match plan.threads() {
+        1 => "one thread".into(),
+        count => format!("each of {count} threads"),
+    };
     for (place, cost) in plan.costs.iter().enumerate() {
         let taken = if place == 0 { "taken" } else { "     " };
         let name = cost.method.name();
         let seconds = [cost.prepare, cost.each].map(|steps| plan.seconds(steps));
         match (plan.total_s(cost), seconds) {
             (Some(total), [Some(prepare), Some(each)]) => println!(
-                "{taken} {name:34} {total:8.2} s expected: {prepare:.2} s to prepare, {:.1} ms a set on {}",
-                1e3 * each,
-                threads_in_words(plan.threads())
+                "{taken} {name:34} {total:8.2} s expected: {prepare:.2} s to prepare, {:.1} ms a set on {threads}",
+                1e3 * each
             ),
             _ => println!("{taken} {name:34} for {} sets", plan.sets),
         }
     }
-}
-
-fn threads_in_words(count: usize) -> String {
-    if count == 1 { "one thread".into() } else { format!("each of {count} threads") }
 }
