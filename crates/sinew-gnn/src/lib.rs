@@ -140,7 +140,7 @@ pub use graph::Graph;
 pub use graph_network::{Embedding, GraphNetwork};
 pub use network::{KINDS, Network, OutputCoordinates};
 pub use objective::{DataFit, MinimumPotential, Objective, Potential};
-pub use optimiser::{MuonConfig, OptimiserConfig};
+pub use optimiser::OptimiserConfig;
 pub use recipe::Recipe;
 pub use surrogate::{FixedGeometry, Scales, Surrogate};
 pub use training::{

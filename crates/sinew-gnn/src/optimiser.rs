@@ -11,7 +11,7 @@ use sinew_emulate::coordinates::packed;
 use std::collections::BTreeMap;
 
 /// A choice of optimiser, as stored in configurations and checkpoints.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum OptimiserConfig {
     /// Adam (Kingma and Ba, 2015; thesis), in place: Burn's own goes through a chain of tensors for every parameter.
@@ -21,8 +21,13 @@ pub enum OptimiserConfig {
         /// Decay of the second moment.
         beta2: f32,
     },
-    /// Muon on matrices, Adam on vectors.
-    Muon(MuonConfig),
+    /// Muon (K. Jordan, 2024) with Nesterov momentum on matrices, Adam with Nesterov momentum on
+    /// vectors and on embeddings that are weights, both at the same learning rate: the arithmetic of
+    /// `optax.contrib.muon`, which scales the orthogonal update of a matrix `[inputs, outputs]` by
+    /// √max(1, outputs / inputs).
+    /// (Burn's own Muon scales by the inverse ratio, has no bias correction and takes matrices only.)
+    #[default]
+    Muon,
 }
 
 impl OptimiserConfig {
@@ -32,51 +37,9 @@ impl OptimiserConfig {
     }
 }
 
-impl Default for OptimiserConfig {
-    fn default() -> Self {
-        Self::Muon(MuonConfig::default())
-    }
-}
-
-/// Muon (K. Jordan, 2024) with Nesterov momentum on matrices, Adam with Nesterov momentum on
-/// vectors and on embeddings that are weights, both at the same learning rate: the arithmetic of
-/// `optax.contrib.muon`, which scales the orthogonal update of a matrix `[inputs, outputs]` by
-/// √max(1, outputs / inputs).
-/// (Burn's own Muon scales by the inverse ratio, has no bias correction and takes matrices only.)
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct MuonConfig {
-    /// Decay of the momentum of matrices.
-    pub momentum: f32,
-    /// Adam's decay of the first moment of vectors.
-    pub beta1: f32,
-    /// Adam's decay of the second moment of vectors.
-    pub beta2: f32,
-}
-
-impl Default for MuonConfig {
-    fn default() -> Self {
-        Self { momentum: 0.95, beta1: 0.9, beta2: 0.99 }
-    }
-}
-
-impl MuonConfig {
-    /// Turns a gradient into the direction of change, after `steps` steps.
-    pub(super) fn direct(&self, steps: i32, update: &mut Update) {
-        // Rows of embeddings are no layer of a network.
-        if update.shape.len() != 2 || update.name.starts_with("embeddings") {
-            let betas = [self.beta1, self.beta2];
-            return update.by_adam(betas, steps, nesterov(self.beta1, steps));
-        }
-        let Update { gradient, moments, shape, .. } = update;
-        let [of_momentum, of_gradient] = nesterov(self.momentum, steps);
-        moments.first.resize(gradient.len(), 0.0);
-        momentum_direction(self.momentum, of_momentum, of_gradient, &mut moments.first, gradient);
-        orthogonalise(gradient, shape[1]);
-        let scale = (shape[1] as f32 / shape[0] as f32).max(1.0).sqrt();
-        gradient.iter_mut().for_each(|value| *value *= scale);
-    }
-}
+/// Muon's decay of the momentum of matrices, and of both moments of vectors.
+const MOMENTUM: f32 = 0.95;
+const OF_VECTORS: [f32; 2] = [0.9, 0.99];
 
 /// Factors of momentum and gradient in the bias-corrected Nesterov momentum after `steps` steps.
 fn nesterov(decay: f32, steps: i32) -> [f32; 2] {
@@ -123,7 +86,7 @@ impl Optimiser {
             OptimiserConfig::Adam { beta1, beta2 } => {
                 update.by_adam([*beta1, *beta2], steps, [bias_correction(*beta1, steps), 0.0]);
             }
-            OptimiserConfig::Muon(config) => config.direct(steps, update),
+            OptimiserConfig::Muon => update.by_muon(steps),
         });
         let moments = updates.iter_mut().map(|u| (u.id.val(), std::mem::take(&mut u.moments)));
         self.moments.extend(moments);
@@ -166,6 +129,21 @@ pub(crate) struct Update {
 }
 
 impl Update {
+    /// Muon's direction of change after `steps` steps, in place of the gradient.
+    fn by_muon(&mut self, steps: i32) {
+        // Rows of embeddings are no layer of a network.
+        if self.shape.len() != 2 || self.name.starts_with("embeddings") {
+            return self.by_adam(OF_VECTORS, steps, nesterov(OF_VECTORS[0], steps));
+        }
+        let Self { gradient, moments, shape, .. } = self;
+        let [of_momentum, of_gradient] = nesterov(MOMENTUM, steps);
+        moments.first.resize(gradient.len(), 0.0);
+        momentum_direction(MOMENTUM, of_momentum, of_gradient, &mut moments.first, gradient);
+        orthogonalise(gradient, shape[1]);
+        let scale = (shape[1] as f32 / shape[0] as f32).max(1.0).sqrt();
+        gradient.iter_mut().for_each(|value| *value *= scale);
+    }
+
     /// Turns the gradient into Adam's direction of change after `steps` steps, for factors of the first moment and of the
     /// gradient itself.
     fn by_adam(&mut self, [beta1, beta2]: [f32; 2], steps: i32, [of_first, of_gradient]: [f32; 2]) {
