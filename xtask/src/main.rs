@@ -60,8 +60,7 @@ enum Task {
         #[arg(long, conflicts_with = "test")]
         features: Option<String>,
     },
-    /// Run a campaign on a Slurm of two nodes that it starts on this machine, and one by Snakemake; not run, with a word, where these
-    /// are missing
+    /// Run a campaign on a Slurm of two nodes that it starts on this machine; not run, with a word, where it is missing
     Campaigns,
     /// Pack all published crates, and build and test sinew-mesh and sinew-fem from their packages outside of the repository
     Package,

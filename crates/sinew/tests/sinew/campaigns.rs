@@ -1,4 +1,4 @@
-//! Campaigns by a Slurm that is really there, two nodes of one machine on loopback without systemd, and by Snakemake.
+//! Campaigns by a Slurm that is really there, two nodes of one machine on loopback without systemd.
 
 use crate::program::{bar, done, table};
 use std::fs::{self, File};
@@ -253,25 +253,6 @@ fn a_campaign_on_slurm_survives_a_requeue_and_a_dead_node() {
     assert!(apart <= 1e-10, "{apart}");
     assert!(done(folder, "merge bar.toml --out auto").contains("6 of 6 samples solved"));
     assert!(seconds <= MOST_SECONDS, "{seconds}");
-}
-
-#[test]
-#[ignore = "needs snakemake: cargo xtask campaigns"]
-fn a_campaign_by_snakemake_is_that_of_one_process() {
-    let folder = bar();
-    let folder = folder.path();
-    let options = "--count 11 --design sobol";
-    let told = done(
-        folder,
-        &format!("sample bar.toml {options} --out parts --script snakemake --shards 4"),
-    );
-    assert!(told.contains("--snakefile parts/sample/Snakefile"), "{told}");
-    let mut snakemake = with_sinew("snakemake");
-    let snakemake = snakemake.args(["--cores", "2", "--snakefile", "parts/sample/Snakefile"]);
-    let output = snakemake.current_dir(folder).output().expect("snakemake is installed");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    done(folder, &format!("sample bar.toml {options} --solve --out whole"));
-    assert!(apart(folder) <= 1e-10);
 }
 
 /// A command that finds the program `sinew`.
