@@ -1,7 +1,5 @@
 //! Measurements that documents cite.
 
-mod anchors;
-mod bulk_moduli;
 mod by_size;
 mod locking;
 mod mean_ventricle;
@@ -10,7 +8,6 @@ mod patient_cost;
 mod real_heart;
 mod rivals;
 mod runs;
-mod traction_beam;
 mod unload;
 mod unload_robustness;
 
@@ -21,10 +18,6 @@ use std::path::PathBuf;
 /// A measurement by name.
 #[derive(Subcommand)]
 pub enum Measurement {
-    /// Errors of Taylor expansions about several solved states, beside regression on as many solves
-    Anchors(anchors::Arguments),
-    /// Newton iterations from rest by the bulk modulus: beams under gravity and ventricles under pressure
-    BulkModuli,
     /// Cost of preparation and of an answer by the size of a body, beside a sweep of the solver
     BySize(by_size::Arguments),
     /// Displacement that linear tetrahedra lose, by the estimate and by a solve in quadratic ones: blocks, plates, ventricles, livers; the
@@ -41,12 +34,6 @@ pub enum Measurement {
     Runs(runs::Arguments),
     /// Cost of a solve from rest by the size of a ventricle
     Size(by_size::SizeArguments),
-    /// Two beams of the thesis under a follower load, at points all over their parameter ranges
-    TractionBeam {
-        /// Points of each beam
-        #[arg(default_value_t = 100)]
-        points: usize,
-    },
     /// The thesis' left ventricle unloaded: error against processor time
     Unload {
         /// Fixed points beside Newton's method
@@ -61,8 +48,6 @@ pub enum Measurement {
         /// Folder with the surfaces of biv-me
         folder: Option<PathBuf>,
     },
-    /// The thesis' left ventricle solved from rest at its softest corner and Sobol points
-    VentricleSweep,
 }
 
 impl Measurement {
@@ -72,8 +57,6 @@ impl Measurement {
     /// A body that cannot be made or solved; files that cannot be read.
     pub fn run(self) -> Result<()> {
         match self {
-            Self::Anchors(arguments) => anchors::run(arguments),
-            Self::BulkModuli => bulk_moduli::run(),
             Self::BySize(arguments) => by_size::run(&arguments),
             Self::Locking => locking::run(),
             Self::PatientCost(arguments) => patient_cost::run(&arguments),
@@ -81,12 +64,10 @@ impl Measurement {
             Self::Rivals(arguments) => rivals::run(&arguments),
             Self::Runs(arguments) => runs::run(&arguments),
             Self::Size(arguments) => by_size::run_size(&arguments),
-            Self::TractionBeam { points } => traction_beam::run(points),
             Self::Unload { rivals } => unload::run(rivals),
             Self::UnloadRobustness { shapes, folder } => {
                 unload_robustness::run(shapes, folder.as_deref())
             }
-            Self::VentricleSweep => unload::sweep(),
         }
     }
 }

@@ -12,7 +12,6 @@ use sinew_energy::{Parameter, Sampling};
 use sinew_mesh::{FieldValues, read_npy};
 use sinew_report::{Provenance, Report, Section};
 use sinew_sample::standard_normals;
-use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -121,15 +120,6 @@ pub(crate) fn training(quick: bool, seed: u64, folder: &Path, resume: bool) -> T
         restart: !resume,
         ..TrainingOptions::default()
     }
-}
-
-/// Values up to which shares of all lie.
-pub(crate) fn quantiles<T: Copy + PartialOrd, const N: usize>(
-    mut values: Vec<T>,
-    shares: [f64; N],
-) -> [T; N] {
-    values.sort_by(|a, b| a.partial_cmp(b).unwrap_or(Ordering::Equal));
-    shares.map(|share| values[(share * (values.len() - 1) as f64) as usize])
 }
 
 /// The upper median; none of nothing.

@@ -4,6 +4,7 @@ mod own;
 mod table;
 
 use super::by_size::three;
+use super::mean_ventricle::BULK_MODULUS;
 use crate::program;
 use anyhow::{Context, Result, ensure};
 use clap::ValueEnum;
@@ -37,6 +38,9 @@ pub struct Arguments {
     /// Cells through the wall, around and along, such as 4,48,40 [default: five sizes from 500 to 29 000 nodes]
     #[arg(long, value_parser = three)]
     cells: Vec<[usize; 3]>,
+    /// Bulk modulus in kPa
+    #[arg(long, default_value_t = BULK_MODULUS)]
+    bulk_modulus: f64,
     /// CPU seconds of a solve beyond which a program is left out of larger meshes
     #[arg(long, default_value_t = 60.0)]
     limit: f64,
@@ -94,7 +98,7 @@ impl Program {
 /// Writes `rows.json` and `table.md` after every size, and prints the table.
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     if let Some(folder) = &arguments.own {
-        return own::run(arguments.elements[0], arguments.cells[0], arguments.factor, folder);
+        return own::run(arguments, folder);
     }
     std::fs::create_dir_all(&arguments.out)?;
     // Compiled anew, so that the table says what it costs.
@@ -150,6 +154,7 @@ fn one_mesh(
         command.args(["measure", "rivals", "--elements", &elements]);
         command.args(["--cells", &format!("{a},{b},{c}"), "--own"]).arg(&folder);
         command.args(factor.then_some("--factor"));
+        command.arg(format!("--bulk-modulus={}", arguments.bulk_modulus));
         let said = last_line(&mut command)?;
         serde_json::from_str(&said).with_context(|| format!("Sinew said: {said}"))
     };
@@ -200,7 +205,8 @@ fn rival(arguments: &Arguments, program: Program, folder: &Path) -> Result<Outco
         .arg(script)
         .arg(program::key(program))
         .arg(folder)
-        .arg(format!("--limit={}", arguments.limit));
+        .arg(format!("--limit={}", arguments.limit))
+        .arg(format!("--bulk-modulus={}", arguments.bulk_modulus));
     let said = match last_line(&mut command) {
         Ok(said) => said,
         Err(error) => return Ok(Outcome::Missing { missing: format!("{error:#}") }),

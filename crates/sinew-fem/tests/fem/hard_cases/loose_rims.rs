@@ -141,8 +141,7 @@ fn a_pressure_a_million_times_too_large_is_refused_with_the_largest_that_holds()
     }
 }
 
-/// Both beams of the thesis that a pressure on their loose lower side rolls up, over the whole ranges of their parameters;
-/// `cargo xtask measure traction-beam 300` counts 300 points of each.
+/// Both beams of the thesis that a pressure on their loose lower side rolls up, over the whole ranges of their parameters.
 #[test]
 fn beams_that_roll_up_under_a_loose_pressure_take_few_iterations_all_over_their_ranges() {
     let mesh = || box_tetrahedra([100.0, 10.0, 10.0], [10, 3, 3]);

@@ -1,8 +1,8 @@
 //! Sinew on one mesh, which is written for the others.
 
-use super::Kind;
+use super::{Arguments, Kind};
 use crate::measure::by_size::peak_gb;
-use crate::measure::mean_ventricle::{BULK_MODULUS, THETA, fibres, scene};
+use crate::measure::mean_ventricle::{THETA, fibres, scene};
 use crate::measure::rivals::table::{Own, Solved};
 use crate::program::cpu_seconds_of;
 use anyhow::{Context, Result};
@@ -13,17 +13,18 @@ use sinew_num::{dot3, norm};
 use std::path::Path;
 
 /// Prints the row as JSON, and writes mesh, fibres and displacement into the folder.
-pub(super) fn run(kind: Kind, cells: [usize; 3], factor: bool, folder: &Path) -> Result<()> {
+pub(super) fn run(arguments: &Arguments, folder: &Path) -> Result<()> {
+    let cells = arguments.cells[0];
     let shape = VentricleShape::new(&[])?;
     let linear = shape.tetrahedra(cells)?;
     let fibres = fibres(&linear, ["endo", "epi", "base"])?;
-    match kind {
-        Kind::Linear => solved(&linear, fibres, factor, folder),
-        Kind::Quadratic => solved(&linear.quadratic(), fibres, factor, folder),
+    match arguments.elements[0] {
+        Kind::Linear => solved(&linear, fibres, arguments, folder),
+        Kind::Quadratic => solved(&linear.quadratic(), fibres, arguments, folder),
         Kind::Hexahedra => {
             // Each is cut into the next six tetrahedra.
             let fibres = fibres.chunks_exact(6).map(mean).collect();
-            solved(&shape.hexahedra(cells)?, fibres, factor, folder)
+            solved(&shape.hexahedra(cells)?, fibres, arguments, folder)
         }
     }
 }
@@ -41,14 +42,14 @@ fn mean(directions: &[[f64; 3]]) -> [f64; 3] {
 fn solved<const N: usize>(
     mesh: &Mesh<N>,
     fibres: Vec<[f64; 3]>,
-    factor: bool,
+    arguments: &Arguments,
     folder: &Path,
 ) -> Result<()>
 where
     Mesh<N>: Into<AnyMesh>,
 {
-    let method = if factor { Method::Factor } else { Method::Automatic };
-    let scene = scene(mesh.clone(), fibres.clone(), BULK_MODULUS);
+    let method = if arguments.factor { Method::Factor } else { Method::Automatic };
+    let scene = scene(mesh.clone(), fibres.clone(), arguments.bulk_modulus);
     let (mut setup_s, mut solve_s, mut found) = (f64::INFINITY, f64::INFINITY, None);
     for _ in 0..2 {
         let prepare = || {
