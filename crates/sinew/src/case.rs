@@ -463,10 +463,8 @@ impl Case {
             SceneError::Law(_) => &["law"],
             _ => &["mesh"],
         };
-        let reason = match &error {
-            SceneError::LooseRim(_) => format!("{error}; to do so, {}", loads::LOOSE),
-            _ => error.to_string(),
-        };
-        self.source.error(key, reason)
+        let loose = matches!(error, SceneError::LooseRim(_));
+        let advice = if loose { self.advice_on_rims() } else { String::new() };
+        self.source.error(key, format!("{error}{advice}"))
     }
 }

@@ -199,6 +199,11 @@ impl Case {
         Err(self.source.error(&["loads", &number.to_string(), "rim"], reason))
     }
 
+    /// Advice about a pressure whose rim moves freely, behind an error about it.
+    pub(super) fn advice_on_rims(&self) -> String {
+        format!("; to do so, {LOOSE}")
+    }
+
     /// Refuses pressures without a potential whose loads do not say that their rim is loose.
     pub(super) fn check_rims(&self, body: &Body) -> Result<()> {
         let mesh = &body.mesh;
@@ -216,6 +221,5 @@ impl Case {
     }
 }
 
-/// Advice about a pressure whose rim moves freely.
-pub(super) const LOOSE: &str = "write rim = \"closed\" beside the pressure for a lid that moves with it, or rim = \"loose\": the \
+const LOOSE: &str = "write rim = \"closed\" beside the pressure for a lid that moves with it, or rim = \"loose\": the \
                      body is then solved by a balance of forces, and no emulator is trained on it";
