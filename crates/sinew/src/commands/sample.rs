@@ -1,6 +1,6 @@
 //! Parameters drawn from their ranges.
 
-use super::script::{quoted, slurm};
+use super::script::{Scheduler, quoted};
 use super::stop::stoppable;
 use super::{CaseArguments, count, refuse, refuse_if, solved, told_failure};
 use anyhow::{Result, ensure};
@@ -36,8 +36,8 @@ pub(crate) struct Sample {
     #[arg(long, value_name = "INDEX/COUNT", requires = "solve")]
     shard: Option<Shard>,
     /// Write the script of a campaign for a scheduler: all shards as a job array, and a merge that waits for it
-    #[arg(long, value_name = "SCHEDULER", value_parser = ["slurm"], conflicts_with_all = ["solve", "shard"])]
-    script: Option<String>,
+    #[arg(long, value_name = "SCHEDULER", conflicts_with_all = ["solve", "shard"])]
+    script: Option<Scheduler>,
     /// Shards of the campaign that --script writes
     #[arg(long, value_name = "COUNT", default_value = "16", requires = "script")]
     shards: NonZeroUsize,
@@ -81,8 +81,8 @@ impl Sample {
             println!("shard {shard}: {solved} of {of} samples solved");
             return Ok(());
         }
-        if self.script.is_some() {
-            return self.write_script(body, &folder);
+        if let Some(scheduler) = self.script {
+            return self.write_script(scheduler, body, &folder);
         }
         if self.solve {
             // Those of a body with a potential are stored on the way, so that a killed run goes on.
@@ -101,17 +101,17 @@ impl Sample {
 
     /// Number of shards of the campaign; none where one process solves all.
     fn campaign_shards(&self) -> Option<usize> {
-        self.shard.map(Shard::of).or(self.script.as_ref().map(|_| self.shards.get()))
+        self.shard.map(Shard::of).or(self.script.map(|_| self.shards.get()))
     }
 
-    fn write_script(&self, body: &Body, folder: &Path) -> Result<()> {
+    fn write_script(&self, scheduler: Scheduler, body: &Body, folder: &Path) -> Result<()> {
         let Self { count, seed, design, .. } = self;
         let (case, merge) = (self.case.words(), format!("sinew merge {}", self.case.words()));
         let sample =
             format!("sinew sample {case} --count {count} --seed {seed} --design {design} --solve");
         let shards = self.shards.get();
-        let text = slurm(&body.name, shards, [sample, merge], folder);
-        let path = folder.join("slurm.sh");
+        let (name, text) = scheduler.script(&body.name, shards, [sample, merge], folder);
+        let path = folder.join(name);
         store::write_bytes(&path, text.as_bytes())?;
         println!("written: {}", path.display());
         println!("start {shards} shards of {count} samples: sh {}", quoted(&path));

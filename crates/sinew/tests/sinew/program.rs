@@ -397,3 +397,37 @@ fn trainings_begin_from_what_there_is() {
     let (code, told) = refused(folder, &train("--recipe dd --name ../elsewhere"));
     assert!(code == 2 && told.contains("../elsewhere"), "{told}");
 }
+
+/// A scheduler that runs what it is given at once, all tasks of an array, and notes its options.
+#[cfg(unix)]
+const BSUB: &str = r#"#!/bin/sh
+echo "$@" >> options
+cat > job
+case "$2" in
+  *\[1-3\]) for LSB_JOBINDEX in 1 2 3; do export LSB_JOBINDEX; sh job >&2 || exit; done ;;
+  *) sh job >&2 || exit ;;
+esac
+echo "Job <4711> is submitted to default queue <normal>."
+"#;
+
+#[test]
+#[cfg(unix)]
+fn a_campaign_on_lsf_is_an_array_and_a_merge_that_waits_for_it() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = bar();
+    let folder = folder.path();
+    std::fs::write(folder.join("bsub"), BSUB).unwrap();
+    std::fs::set_permissions(folder.join("bsub"), PermissionsExt::from_mode(0o755)).unwrap();
+    done(folder, "sample bar.toml --count 7 --script lsf --shards 3");
+    let own = Path::new(env!("CARGO_BIN_EXE_sinew")).parent().unwrap();
+    let path = format!("{}:{}:{}", folder.display(), own.display(), std::env::var("PATH").unwrap());
+    let mut command = Command::new("sh");
+    command.current_dir(folder).args(["out/bar/sample/lsf.sh", "-W", "240"]).env("PATH", path);
+    let output = command.output().unwrap();
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && told.contains("7 of 7 samples solved"), "{told}");
+    let options = std::fs::read_to_string(folder.join("options")).unwrap();
+    let [array, merge] = &options.lines().collect::<Vec<_>>()[..] else { panic!("{options}") };
+    assert!(array.contains("-Q 3 -wa TERM -wt 1 -W 240"), "{array}");
+    assert!(merge.contains("-w done(4711) -W 240"), "{merge}");
+}

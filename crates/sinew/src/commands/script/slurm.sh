@@ -2,7 +2,7 @@
 # Submits «shards» shards of a campaign as a job array, and their merge. Options of sbatch may follow, for both:
 #   sh slurm.sh --time=04:00:00 --cpus-per-task=4
 cd «here» || exit
-array=$(sbatch --parsable --job-name=«name» --array=1-«shards» --output=«logs» --open-mode=append \
+array=$(sbatch --parsable --job-name=«name» --array=1-«shards» --output=«folder»/slurm-%A_%a.log --open-mode=append \
   --requeue --signal=TERM@60 "$@" <<'SHARD'
 #!/bin/bash
 export RAYON_NUM_THREADS=${SLURM_CPUS_PER_TASK:-1}
@@ -14,7 +14,7 @@ exit $code
 SHARD
 ) || exit
 echo "Submitted array job $array"
-sbatch --job-name=«name» --output=«log» --dependency="afterok:$array" --kill-on-invalid-dep=yes "$@" <<'MERGE'
+sbatch --job-name=«name» --output=«folder»/slurm-%j.log --dependency="afterok:$array" --kill-on-invalid-dep=yes "$@" <<'MERGE'
 #!/bin/bash
 «merge»
 MERGE
