@@ -53,7 +53,10 @@ pub(crate) fn check() -> Result<()> {
         }
     }
     for (name, heavy) in OPTIONAL {
-        if bare_tree(name)?.lines().any(|line| line.split(' ').next() == Some(heavy)) {
+        let bare = ["-p", name, "--no-default-features", "-e", "normal", "--prefix", "none"];
+        let mut tree = Command::new("cargo");
+        let [tree, _] = output(tree.arg("tree").args(bare), &format!("cargo tree -p {name}"))?;
+        if tree.lines().any(|line| line.split(' ').next() == Some(heavy)) {
             wrong.push(format!("{name} has {heavy} below it without its default features"));
         }
     }
@@ -157,15 +160,6 @@ fn reaches(table: &BTreeMap<String, Row>, name: &str, heavy: &str) -> bool {
     table.get(name).is_some_and(|row| {
         row.heavy.contains(heavy) || row.ours.iter().any(|below| reaches(table, below, heavy))
     })
-}
-
-/// Packages below one without its default features, a line each.
-fn bare_tree(name: &str) -> Result<String> {
-    let arguments =
-        ["tree", "-p", name, "--no-default-features", "-e", "normal", "--prefix", "none"];
-    let [tree, _] =
-        output(Command::new("cargo").args(arguments), &format!("cargo tree -p {name}"))?;
-    Ok(tree)
 }
 
 /// Packages in the trees of normal dependencies below `roots`, these included.

@@ -104,20 +104,17 @@ fn tests(python: &Path) -> Result<Command> {
     Ok(pytest)
 }
 
-/// The workspace, the folder for what is made, and a Python if there is one.
+/// The workspace, the folder for what is made, and a Python if there is one; `PYTHON` names another than `python3`.
 fn place() -> Result<(PathBuf, PathBuf, Option<PathBuf>)> {
     let metadata = MetadataCommand::new().no_deps().exec()?;
     let folder = metadata.target_directory.into_std_path_buf().join("wheel");
     std::fs::create_dir_all(&folder)?;
-    Ok((metadata.workspace_root.into_std_path_buf(), folder, interpreter()))
-}
-
-/// A Python 3 that makes virtual environments; `PYTHON` names another than `python3`.
-fn interpreter() -> Option<PathBuf> {
+    // A Python 3 that makes virtual environments.
     let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
     let mut call = Command::new(&python);
     call.args(["-c", "import venv, ensurepip"]).stdout(Stdio::null()).stderr(Stdio::null());
-    call.status().is_ok_and(|status| status.success()).then(|| python.into())
+    let python = call.status().is_ok_and(|status| status.success()).then(|| python.into());
+    Ok((metadata.workspace_root.into_std_path_buf(), folder, python))
 }
 
 /// The interpreter of a virtual environment in a folder, made if it does not exist.

@@ -79,6 +79,16 @@ impl Block {
         let (title, caption) = (title.into(), caption.into());
         Self::Figure(Figure { title, caption, panels: charts.into_iter().collect() })
     }
+
+    /// A listing.
+    pub fn listing<H: Into<String>>(
+        title: impl Into<String>,
+        head: impl IntoIterator<Item = H>,
+        rows: impl IntoIterator<Item = Vec<Cell>>,
+    ) -> Self {
+        let head = head.into_iter().map(Into::into).collect();
+        Self::Listing { title: title.into(), head, rows: rows.into_iter().collect() }
+    }
 }
 
 impl Section {

@@ -181,6 +181,22 @@ pub fn of_this_run(seed: u64, config: &impl serde::Serialize) -> anyhow::Result<
     })
 }
 
+/// Requires the options that what is at a place was made with, but for the parts that were asked for.
+pub(crate) fn same_options<T: Serialize>(stored: &T, options: &T, place: &Path) -> Result<()> {
+    let table = |options: &T| -> Result<toml::Table> {
+        let mut table = toml::Table::try_from(options)?;
+        table.remove("only");
+        Ok(table)
+    };
+    ensure!(
+        table(stored)? == table(options)?,
+        "{} was begun with other options ({}); repeat them, or start anew without --resume",
+        place.display(),
+        toml::to_string(stored)?.trim().replace('\n', ", ")
+    );
+    Ok(())
+}
+
 /// Begins a run in `out`, emptied of the `folders` of an earlier one, and keeps what it was begun with there; or returns what the run
 /// that goes on was begun with.
 pub(crate) fn begin_in<T: Serialize + DeserializeOwned>(

@@ -176,37 +176,35 @@ impl Comparison {
     /// Seconds to some accuracies for some numbers of parameter sets.
     fn times_to_accuracies(&self) -> Block {
         let head = Evaluation::ACCURACIES.map(|accuracy| format!("to {accuracy:e}"));
+        let named = ["parameter sets", "method"].map(String::from);
         let row = |(name, sets, seconds): (&str, usize, [f64; Evaluation::ACCURACIES.len()])| {
             let seconds = seconds.map(|seconds| Cell::from(duration(seconds)));
             let named = [Cell::from(spaced(sets as u64)), Cell::from(name)];
             named.into_iter().chain(seconds).collect()
         };
-        Block::Listing {
-            title: "Time to an accuracy (mean nodal error relative to the mean nodal displacement), one thread. Derived: simulations, \
+        Block::listing(
+            "Time to an accuracy (mean nodal error relative to the mean nodal displacement), one thread. Derived: simulations, \
                     preparation and training, and for each parameter set a prediction and the cheapest of no steps, quasi-Newton steps and \
                     Newton steps after which the true error of a test case was within the accuracy; where none was, the dearest of them \
-                    and a solve. The solver: one solve from rest, the others from a neighbour's solution. Checks of the error are not in it."
-                .into(),
-            head: ["parameter sets", "method"].map(String::from).into_iter().chain(head).collect(),
-            rows: self.seconds().into_iter().map(row).collect(),
-        }
+                    and a solve. The solver: one solve from rest, the others from a neighbour's solution. Checks of the error are not in it.",
+            named.into_iter().chain(head),
+            self.seconds().into_iter().map(row),
+        )
     }
 
     /// Table of the errors of derivatives in the parameters.
     fn sensitivities(&self) -> Block {
-        let name = |parameter: &String| parameter.split(' ').next().unwrap_or_default().to_string();
+        let names = self.parameters.iter().filter_map(|parameter| parameter.split(' ').next());
         let row = |method: &Method| {
             let errors =
                 method.evaluation.sensitivity_errors.iter().map(|&e| Cell::from(rounded(e, 2)));
             std::iter::once(Cell::from(method.name.as_str())).chain(errors).collect()
         };
-        Block::Listing {
-            title: "Error of ∂û/∂θ [%], medians: ‖∂û/∂θ − ∂u/∂θ‖ / ‖∂u/∂θ‖".into(),
-            head: std::iter::once("method".into())
-                .chain(self.parameters.iter().map(name))
-                .collect(),
-            rows: self.methods.iter().map(row).collect(),
-        }
+        Block::listing(
+            "Error of ∂û/∂θ [%], medians: ‖∂û/∂θ − ∂u/∂θ‖ / ‖∂u/∂θ‖",
+            std::iter::once("method").chain(names),
+            self.methods.iter().map(row),
+        )
     }
 
     fn densities(&self, error: usize) -> Chart {

@@ -4,7 +4,7 @@ use crate::beams::options::BeamOptions;
 use crate::beams::recipes::{self, Samples};
 use crate::beams::scenes::{self, BEAMS, Beam};
 use crate::program::{self, Growing};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use sinew::output::{Results, Row};
 use sinew::{Case, Comparison, TestSet};
 use sinew_emulate::{Terminal, median_and_worst, store};
@@ -61,15 +61,7 @@ const DEFINITIONS: [(&str, &str); 3] = [
 fn begin(options: &BeamOptions) -> Result<()> {
     let folders = BEAMS.each_ref().map(|beam| beam.name.to_string());
     let stored = program::begin_in(&options.out, &folders, options.resume, options)?;
-    let Some(stored) = stored else { return Ok(()) };
-    let same = BeamOptions { resume: options.resume, ..stored.clone() };
-    ensure!(
-        same == *options,
-        "the run in {} was started with other options ({}); repeat them, or start without --resume",
-        options.out.display(),
-        toml::to_string(&stored)?.trim().replace('\n', ", ")
-    );
-    Ok(())
+    stored.map_or(Ok(()), |stored| program::same_options(&stored, options, &options.out))
 }
 
 const NOTES: [&str; 2] = [

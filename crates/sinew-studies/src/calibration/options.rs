@@ -67,6 +67,5 @@ pub(super) fn listing(
     names: &[&str],
     rows: Vec<Vec<Cell>>,
 ) -> Block {
-    let head = [first].iter().chain(names).map(|name| name.to_string()).collect();
-    Block::Listing { title: title.into(), head, rows }
+    Block::listing(title, std::iter::once(first).chain(names.iter().copied()), rows)
 }

@@ -105,11 +105,8 @@ fn restarts(rows: &[Row]) -> Option<Block> {
             })
         })
         .collect();
-    let head = ["method", "restart", "evaluations", "log evidence", "θ̂", "collapsed"]
-        .map(String::from)
-        .to_vec();
-    let title = "All restarts on the first data set".to_string();
-    (!lines.is_empty()).then_some(Block::Listing { title, head, rows: lines })
+    let head = ["method", "restart", "evaluations", "log evidence", "θ̂", "collapsed"];
+    (!lines.is_empty()).then(|| Block::listing("All restarts on the first data set", head, lines))
 }
 
 /// Coverage of the intervals, in a sentence; none if that was not asked.

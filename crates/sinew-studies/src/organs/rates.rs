@@ -50,11 +50,6 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
     Ok(Section { name: KEY.into(), title: "Learning rates".into(), blocks })
 }
 
-/// The thesis' sizes (§2.2.4).
-fn thesis_network() -> Network {
-    Network { width: 128, ..Network::default() }
-}
-
 /// The thesis' schedule (§3.3.1): samples one by one, Adam at a constant rate.
 fn thesis_training(learning_rate: f64) -> TrainingConfig {
     TrainingConfig {
@@ -72,7 +67,8 @@ fn rules(options: &Options) -> impl Iterator<Item = (String, PhysicsInformed)> {
     let thesis = THESIS.map(|rate| {
         let training = thesis_training(rate);
         let coordinates = OutputCoordinates::Components;
-        let network = thesis_network();
+        // The thesis' sizes (§2.2.4).
+        let network = Network { width: 128, ..Network::default() };
         let recipe = PhysicsInformed { parameter_sets: 200, coordinates, network, training };
         (format!("thesis, {rate:.0e}"), recipe)
     });

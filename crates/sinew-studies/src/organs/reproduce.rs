@@ -2,11 +2,10 @@
 
 use crate::organs::options::Options;
 use crate::organs::run::section;
-use crate::organs::scenes::{CUBES, NEWCOMERS, ORGANS, Organ, PARTS, RATES};
+use crate::organs::scenes::{CUBES, NEWCOMERS, ORGANS, Organ, PARTS};
 use crate::organs::{cubes, newcomers, rates};
 use crate::program::Growing;
-use anyhow::{Context, Result, bail};
-use sinew_report::Section;
+use anyhow::{Context, Result};
 use std::path::PathBuf;
 
 /// Runs everything that is asked for and writes the report, anew after every scene; the path of `report.html`.
@@ -30,8 +29,12 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
         }
     }
     for part in PARTS.iter().filter(|part| options.wants(part.key)) {
-        let section =
-            part_section(options, part.key).with_context(|| format!("scene {}", part.key))?;
+        let section = match part.key {
+            CUBES => cubes::section(options),
+            NEWCOMERS => newcomers::section(options),
+            _ => rates::section(options),
+        };
+        let section = section.with_context(|| format!("scene {}", part.key))?;
         page = Some(growing.add(section, &options.out)?);
     }
     page.with_context(|| format!("nothing was run: {}", growing.report.notes.join("; ")))
@@ -48,14 +51,4 @@ fn absent(options: &Options, organ: &Organ) -> String {
     };
     eprintln!("{note}");
     note
-}
-
-/// Does what is not done yet of a study beyond one scene.
-fn part_section(options: &Options, key: &str) -> Result<Section> {
-    match key {
-        CUBES => cubes::section(options),
-        NEWCOMERS => newcomers::section(options),
-        RATES => rates::section(options),
-        _ => bail!("`{key}` is no study"),
-    }
 }

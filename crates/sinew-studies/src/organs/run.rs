@@ -4,7 +4,7 @@ use crate::organs::options::Options;
 use crate::organs::scenes::Organ;
 use crate::program;
 use crate::published::Published;
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result};
 use sinew::case::{RecipeName, Training};
 use sinew::{Body, Case, Comparison, Emulator, Recipe, TestSet, TrainingOptions};
 use sinew_emulate::{Budget, Terminal, Train, store};
@@ -32,17 +32,10 @@ pub(crate) fn begin(options: &Options, key: &str) -> Result<PathBuf> {
 
 /// Requires that a scene was run with the same options.
 pub(crate) fn same(options: &Options, key: &str) -> Result<()> {
-    // What else is run does not matter.
-    let comparable =
-        |options: &Options| Options { only: Vec::new(), resume: false, ..options.clone() };
     let folder = options.out.join(key);
-    let stored = store::read_json::<Options>(&folder.join(OPTIONS))?;
-    ensure!(
-        stored.is_some_and(|stored| comparable(&stored) == comparable(options)),
-        "the run in {} was started with other options; repeat them, or start it anew without --resume",
-        folder.display()
-    );
-    Ok(())
+    let stored = store::read_json(&folder.join(OPTIONS))?;
+    let stored = stored.with_context(|| format!("there is no run in {}", folder.display()))?;
+    program::same_options(&stored, options, &folder)
 }
 
 /// The case of a scene and whether it is the scene itself; `None` where its mesh is absent and nothing stands in.

@@ -110,7 +110,10 @@ pub(crate) struct Part {
 pub(crate) const PARTS: [Part; 3] = [
     Part { key: CUBES, minutes: minutes_of_cubes },
     Part { key: NEWCOMERS, minutes: || 2.0 * NEWCOMER_S * SHAPES.len() as f64 / 60.0 },
-    Part { key: RATES, minutes: minutes_of_rates },
+    Part {
+        key: RATES,
+        minutes: || RATE_S / 60.0 * (BEAMS.len() * (THESIS.len() + OURS.len())) as f64,
+    },
 ];
 
 /// One network on the thesis' meshes of the cube.
@@ -189,7 +192,3 @@ pub(super) const BEAMS: [&str; 4] =
 pub(super) const THESIS: [f64; 4] = [1e-5, 5e-5, 1e-4, 5e-4];
 /// Peaks of Muon's rates, about the default.
 pub(super) const OURS: [f64; 3] = [2e-3, 8e-3, 3.2e-2];
-
-fn minutes_of_rates() -> f64 {
-    RATE_S / 60.0 * (BEAMS.len() * (THESIS.len() + OURS.len())) as f64
-}

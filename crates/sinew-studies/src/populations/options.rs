@@ -107,13 +107,7 @@ impl Options {
         let kept: Kept<S> = program::kept(file, self.resume, || {
             Ok(Kept { study: make()?, options: self.clone() })
         })?;
-        let comparable =
-            |options: &Self| Self { only: Vec::new(), resume: false, ..options.clone() };
-        anyhow::ensure!(
-            comparable(&kept.options) == comparable(self),
-            "{} is of a run with other options; repeat them, or start anew without --resume",
-            file.display()
-        );
+        program::same_options(&kept.options, self, file)?;
         Ok(kept.study)
     }
 }

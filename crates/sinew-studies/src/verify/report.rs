@@ -50,12 +50,8 @@ fn overview(cases: &[Outcome]) -> Section {
             time.into(),
         ]
     });
-    let listing = Block::Listing {
-        title: "All cases".into(),
-        head: head.map(String::from).to_vec(),
-        rows: rows.collect(),
-    };
-    Section { name: "overview".into(), title: "Overview".into(), blocks: vec![listing] }
+    let blocks = vec![Block::listing("All cases", head, rows)];
+    Section { name: "overview".into(), title: "Overview".into(), blocks }
 }
 
 fn section(case: &Outcome) -> Result<Section, ReportError> {

@@ -33,14 +33,12 @@ pub fn report(
     report.headline = verdict(prepared, posterior);
     report.notes.extend(posterior.predictive.in_words());
     report.notes.extend(too_stiff(states));
-    let mut curve =
-        Section { name: "curve".into(), title: "Pressure and volume".into(), blocks: Vec::new() };
-    curve.blocks.push(Block::List(volumes_in_words(prepared, posterior)));
-    curve.blocks.extend(curves.iter().map(|curve| curve_block(curve, prepared, posterior)));
+    let mut blocks = vec![Block::List(volumes_in_words(prepared, posterior))];
+    blocks.extend(curves.iter().map(|curve| curve_block(curve, prepared, posterior)));
     let rest = states.unloaded.as_ref();
-    curve.blocks.extend(rest.and_then(|rest| shapes(prepared, rest)));
+    blocks.extend(rest.and_then(|rest| shapes(prepared, rest)));
     report.sections.extend([
-        curve,
+        Section { name: "curve".into(), title: "Pressure and volume".into(), blocks },
         parameters(posterior),
         identifiability(posterior),
         data(posterior),
@@ -135,18 +133,18 @@ fn prior_draws(posterior: &Posterior, parameter: usize) -> Vec<f64> {
 
 fn identifiability(posterior: &Posterior) -> Section {
     let found = &posterior.identifiability;
-    let head = std::iter::once("eigenvalue".to_string()).chain(found.names.iter().cloned());
+    let head = std::iter::once("eigenvalue").chain(found.names.iter().map(String::as_str));
     let row = |(value, direction): (&f64, &Vec<f64>)| {
         std::iter::once(*value).chain(direction.iter().copied()).map(Cell::from).collect()
     };
     let blocks = vec![
         Block::Text(LINEARISED.into()),
         Block::List(found.directions_in_words()),
-        Block::Listing {
-            title: "Spectrum of the information of the data, priors being standard normal".into(),
-            head: head.collect(),
-            rows: found.spectrum.iter().zip(&found.directions).map(row).collect(),
-        },
+        Block::listing(
+            "Spectrum of the information of the data, priors being standard normal",
+            head,
+            found.spectrum.iter().zip(&found.directions).map(row),
+        ),
     ];
     Section { name: "identifiability".into(), title: "Identified by the data".into(), blocks }
 }
@@ -182,16 +180,14 @@ fn data(posterior: &Posterior) -> Section {
         "p",
         "p, left out",
     ];
-    let mut blocks = vec![Block::Text(format!(
-        "Probability of misfits in all that are larger than these: {}.",
-        trimmed(posterior.predictive.p_overall, 3)
-    ))];
-    blocks.push(Block::charts("Residual of each datum", "", [chart]));
-    blocks.push(Block::Listing {
-        title: "Each datum".into(),
-        head: head.map(String::from).to_vec(),
-        rows: checks.iter().map(row).collect(),
-    });
+    let blocks = vec![
+        Block::Text(format!(
+            "Probability of misfits in all that are larger than these: {}.",
+            trimmed(posterior.predictive.p_overall, 3)
+        )),
+        Block::charts("Residual of each datum", "", [chart]),
+        Block::listing("Each datum", head, checks.iter().map(row)),
+    ];
     Section { name: "data".into(), title: "Data and predictions".into(), blocks }
 }
 

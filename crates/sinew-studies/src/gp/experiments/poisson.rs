@@ -88,8 +88,19 @@ fn prior_samples(setting: &Setting<1>, task: &Task) -> Result<Figure, GpError> {
 
 fn network_case(setting: &Setting<1>, count: usize, scale: Scale) -> Case {
     let own = setting.clone();
-    let run = move |task: &Task| run_network(&own, count, scale, task);
-    Case::new(setting.named(), Method::Hcnn, run)
+    Case::new(setting.named(), Method::Hcnn, move |task| {
+        let (start, seed) = (Instant::now(), task.seed_for(Purpose::Starts));
+        let network = train(&own, count, scale.pick(4, 1), scale, seed)?;
+        let seconds = start.elapsed().as_secs_f64();
+        let grid = own.grid(scale);
+        let err_u = own.error(&grid, &network.values(&grid));
+        let figures = match task.draw && count == SHOWN {
+            true => vec![two_starts(&own, scale, seed)?],
+            false => Vec::new(),
+        };
+        let evaluations = Some(network.evaluations);
+        Ok(Run { err_u, seconds, evaluations, figures, ..Run::default() })
+    })
 }
 
 fn train(
@@ -102,21 +113,6 @@ fn train(
     let Observed { collocation, load, .. } = observed(setting, count);
     let effort = (restarts, scale.pick(300, 20));
     Network::train(&setting.problem, (&collocation, &load), effort, seed)
-}
-
-fn run_network(setting: &Setting<1>, count: usize, scale: Scale, task: &Task) -> Result<Run> {
-    let start = Instant::now();
-    let seed = task.seed_for(Purpose::Starts);
-    let network = train(setting, count, scale.pick(4, 1), scale, seed)?;
-    let seconds = start.elapsed().as_secs_f64();
-    let grid = setting.grid(scale);
-    let err_u = setting.error(&grid, &network.values(&grid));
-    let figures = match task.draw && count == SHOWN {
-        true => vec![two_starts(setting, scale, seed)?],
-        false => Vec::new(),
-    };
-    let evaluations = Some(network.evaluations);
-    Ok(Run { err_u, seconds, evaluations, figures, ..Run::default() })
 }
 
 /// Solution and right-hand side of two networks from two random starts.

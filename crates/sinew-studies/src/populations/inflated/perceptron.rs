@@ -32,11 +32,6 @@ pub(super) struct Stopped {
     pub last: Perceptron,
 }
 
-fn with_ones(x: DMatrix<f32>) -> DMatrix<f32> {
-    let rows = x.nrows();
-    x.insert_row(rows, 1.0)
-}
-
 impl Perceptron {
     /// Uniform weights (Glorot and Bengio 2010).
     fn new(inputs: usize, random: &mut ChaCha8Rng) -> Self {
@@ -55,7 +50,8 @@ impl Perceptron {
         let (mut handed, mut x) = (Vec::new(), x.clone());
         for (index, weights) in self.0.iter().enumerate() {
             let active = if index == 0 { x } else { x.map(f32::tanh) };
-            handed.push(with_ones(active));
+            let rows = active.nrows();
+            handed.push(active.insert_row(rows, 1.0));
             x = weights * &handed[index];
         }
         (handed, x)
