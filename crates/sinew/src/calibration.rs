@@ -199,8 +199,7 @@ impl Curve {
         if found.is_empty() {
             return Err(format!("{cavity}: no draws of the posterior"));
         }
-        let reached = reached(&found);
-        let end = end(&found, reached);
+        let (reached, end) = end(&found);
         if let (0, Some(end)) = (reached, &end) {
             return Err(format!("{cavity}: {end}"));
         }
@@ -233,24 +232,20 @@ impl Curve {
     }
 }
 
-/// Pressures at which enough draws have an equilibrium.
-fn reached(found: &[Reached]) -> usize {
-    let enough = |p: &usize| {
-        let solved = found.iter().filter(|(volumes, _)| volumes.len() > *p).count();
-        solved as f64 >= SOLVED * found.len() as f64
-    };
-    (0..PRESSURES.len()).take_while(enough).count()
-}
-
-/// End of a curve before the last of the pressures, with the reason.
-fn end(found: &[Reached], reached: usize) -> Option<String> {
-    let beyond = PRESSURES.get(reached)?;
-    let mut without = found.iter().filter(|(volumes, _)| volumes.len() <= reached);
-    let (count, all) = (without.clone().count(), found.len());
-    let why = without.find_map(|(_, why)| why.as_deref()).unwrap_or_default();
-    Some(format!(
-        "the curve ends before {beyond} mmHg, where {count} of {all} draws have no equilibrium, the first: {why}"
-    ))
+/// Number of pressures at which enough draws have an equilibrium, and why the curve ends before the last.
+fn end(found: &[Reached]) -> (usize, Option<String>) {
+    let all = found.len();
+    let without = |p: usize| found.iter().filter(move |(volumes, _)| volumes.len() <= p);
+    let enough = |p: &usize| (all - without(*p).count()) as f64 >= SOLVED * all as f64;
+    let reached = (0..PRESSURES.len()).take_while(enough).count();
+    let end = PRESSURES.get(reached).map(|beyond| {
+        let count = without(reached).count();
+        let why = without(reached).find_map(|(_, why)| why.as_deref()).unwrap_or_default();
+        format!(
+            "the curve ends before {beyond} mmHg, where {count} of {all} draws have no equilibrium, the first: {why}"
+        )
+    });
+    (reached, end)
 }
 
 /// Volume of Klotz's curve at a pressure; the unloaded one at 0.

@@ -4,8 +4,8 @@ use crate::locking_in_words;
 use crate::theta::{range_in_words, theta_in_words};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::{
-    Calibration, CaseErrors, CurvePoint, Emulator, Error, Errors, Evaluation, METRICS, Quantiles,
-    Result, TestSet, Warning, median_and_worst,
+    Calibration, CaseErrors, Emulator, Error, Errors, Evaluation, METRICS, Quantiles, Record,
+    Result, TestSet, median_and_worst,
 };
 use sinew_energy::Body;
 use sinew_energy::metrics::displacement_error;
@@ -50,20 +50,13 @@ pub struct Comparison {
 pub struct Method {
     /// Name, such as that of its recipe.
     pub name: String,
-    /// Description, in a line.
-    pub about: String,
-    /// Simulations that it learned from.
-    pub simulations: usize,
-    /// Optimiser steps.
-    pub steps: u64,
+    /// Provenance.
+    #[serde(flatten)]
+    pub record: Record,
     /// Errors and times.
     pub evaluation: Evaluation,
     /// Densities of log₁₀ of the errors of [`sinew_emulate::METRICS`] and of the cavities' volumes: points (error, density per decade).
     pub densities: Vec<Vec<[f64; 2]>>,
-    /// Errors on held-out cases while it was trained; empty for a regression.
-    pub history: Vec<CurvePoint>,
-    /// Reasons not to trust it.
-    pub warnings: Vec<Warning>,
     /// Recipe and options of its training, as they were stored beside it; may be empty.
     pub options: String,
 }
@@ -116,7 +109,6 @@ impl Comparison {
         test: &TestSet<'_>,
         corrections: usize,
     ) -> Result<Vec<CaseErrors>> {
-        let record = &emulator.record;
         let fields = emulator.predict(&test.thetas)?.fields();
         let cases = test.cases(&fields)?;
         let pooled = METRICS.map(|metric| metric.pooled(&cases).collect());
@@ -131,13 +123,9 @@ impl Comparison {
         }
         self.methods.push(Method {
             name: name.into(),
-            about: record.about.clone(),
-            simulations: record.simulations,
-            steps: record.steps,
+            record: emulator.record.clone(),
             evaluation: emulator.evaluate(test, corrections)?,
             densities,
-            history: record.history.clone(),
-            warnings: record.warnings.clone(),
             options: String::new(),
         });
         Ok(cases)
@@ -225,7 +213,7 @@ impl fmt::Display for Method {
             let seconds = times.predict_decoder_s + after.steps as f64 * times.correction_s;
             row(f, &name, &after.errors, seconds)?;
         }
-        let Self { simulations, steps, .. } = self;
+        let Record { simulations, steps, .. } = &self.record;
         let [simulate, prepare, train] =
             [times.simulate_s, times.prepare_s, times.train_s].map(duration);
         writeln!(

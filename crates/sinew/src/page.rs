@@ -80,7 +80,7 @@ impl Comparison {
                 (0..self.errors().len()).map(|error| self.densities(error)),
             ),
         ];
-        if self.methods.iter().any(|method| !method.history.is_empty()) {
+        if self.methods.iter().any(|method| !method.record.history.is_empty()) {
             blocks.push(Block::charts(
                 "Error over training time",
                 "Medians over the held-out cases. Time is that of training, without simulations and evaluations. Dotted lines are \
@@ -139,8 +139,8 @@ impl Comparison {
                 [times.predict_full_s, times.predict_decoder_s, times.predict_batch_per_theta_s];
             let mut raw = row(method, method.name.clone(), &own.raw, times, count)?;
             raw.others.extend(standing(method));
-            raw.about.clone_from(&method.about);
-            raw.warnings = method.warnings.iter().map(ToString::to_string).collect();
+            raw.about.clone_from(&method.record.about);
+            raw.warnings = method.record.warnings.iter().map(ToString::to_string).collect();
             table.push(raw)?;
             for after in own.corrected.iter().filter(|_| corrected) {
                 let name = format!("{} + {} Newton", method.name, after.steps);
@@ -229,12 +229,13 @@ impl Comparison {
     /// Errors, and the energy above that of the solution, over training time.
     fn curves(&self) -> Vec<Chart> {
         let time = "training time [s]";
-        let positive = self.methods.iter().flat_map(|m| &m.history).all(|point| point.loss > 0.0);
+        let positive =
+            self.methods.iter().flat_map(|m| &m.record.history).all(|point| point.loss > 0.0);
         let lines = |chart: Chart, value: &dyn Fn(&CurvePoint) -> Option<f64>| {
-            let trained = self.methods.iter().filter(|method| !method.history.is_empty());
+            let trained = self.methods.iter().filter(|method| !method.record.history.is_empty());
             trained.fold(chart, |chart, method| {
                 let point = |p: &CurvePoint| [p.train_s, value(p).unwrap_or(f64::NAN)];
-                let points = method.history.iter().map(point);
+                let points = method.record.history.iter().map(point);
                 chart.with(Series::new(&method.name, Style::Line, points))
             })
         };
@@ -244,7 +245,7 @@ impl Comparison {
             let mut chart = lines(Chart::new(title, [time, &name], [true; 2]), &|p| {
                 p.medians.map(|medians| medians[number])
             });
-            for method in self.methods.iter().filter(|method| method.history.is_empty()) {
+            for method in self.methods.iter().filter(|method| method.record.history.is_empty()) {
                 let Evaluation { raw, times, .. } = &method.evaluation;
                 let point = [times.train_s, medians(raw)[number]];
                 chart.series.push(Series::new(&method.name, Style::Points, [point]));
@@ -291,14 +292,14 @@ fn row(
 /// Simulations of a method, calibration and absence of its estimates, and corrections that hurt.
 fn standing(method: &Method) -> [Cell; 4] {
     let Calibration { within_two, refused, inverted, cases } = method.evaluation.calibration;
-    let steps = match method.steps {
+    let steps = match method.record.steps {
         0 => String::new(),
         steps => format!("{} steps", spaced(steps)),
     };
     let cells = if inverted > 0 { format!("{inverted} invert a cell") } else { String::new() };
     let held = (refused < cases).then(|| rounded(100.0 * within_two, 3));
     [
-        Cell { note: steps, ..Cell::from(method.simulations as f64) },
+        Cell { note: steps, ..Cell::from(method.record.simulations as f64) },
         held.into(),
         Cell { note: cells, ..of(refused, cases).into() },
         Cell::default(),

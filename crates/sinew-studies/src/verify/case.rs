@@ -4,6 +4,7 @@ use anyhow::{Result, ensure};
 use std::time::Instant;
 
 /// A benchmark: one file in [`crate::verify::cases`].
+#[derive(Clone, Copy, Debug)]
 pub struct Case {
     /// Short name for `--only`, in lower case with hyphens.
     pub name: &'static str,

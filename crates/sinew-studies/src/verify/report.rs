@@ -1,6 +1,6 @@
 //! The report of a run: `report.json` for programs and `report.html` for people; its table on the terminal.
 
-use crate::verify::case::{Effort, Formulation, Measure, Row};
+use crate::verify::case::{Case, Effort, Formulation, Measure, Row};
 use crate::verify::run::Outcome;
 use sinew_report::format::{count, digits, seconds, trimmed};
 use sinew_report::{
@@ -41,7 +41,7 @@ fn overview(cases: &[Outcome]) -> Section {
         let [subject, error, band] = closest.map(Cell::from);
         let time = format::seconds(case.seconds);
         vec![
-            case.name.as_str().into(),
+            case.case.name.into(),
             verdict.into(),
             (case.rows.len() as f64).into(),
             subject,
@@ -54,17 +54,18 @@ fn overview(cases: &[Outcome]) -> Section {
     Section { name: "overview".into(), title: "Overview".into(), blocks }
 }
 
-fn section(case: &Outcome) -> Result<Section, ReportError> {
-    let mut blocks = vec![Block::Text(format!("Reference: {}", case.provenance))];
-    blocks.extend(case.failure.iter().map(|failure| Block::Text(format!("Failed: {failure}"))));
-    blocks.extend(convergence(&case.rows));
+fn section(outcome: &Outcome) -> Result<Section, ReportError> {
+    let Case { name, title, provenance, .. } = outcome.case;
+    let mut blocks = vec![Block::Text(format!("Reference: {provenance}"))];
+    blocks.extend(outcome.failure.iter().map(|failure| Block::Text(format!("Failed: {failure}"))));
+    blocks.extend(convergence(&outcome.rows));
     let mut table = Table::new(
         [Column::new("error", "")
             .about("relative to the reference, or in the unit of the quantity where it says so")],
         [Column::new("time", "s").about("wall time of preparing and solving")],
         ["value", "reference", "unknowns"].map(|name| Column::new(name, "")),
     );
-    for row in &case.rows {
+    for row in &outcome.rows {
         let band = Verdict {
             met: row.passes(),
             limit: row.band.most,
@@ -87,7 +88,7 @@ fn section(case: &Outcome) -> Result<Section, ReportError> {
     if !table.rows.is_empty() {
         blocks.push(Block::Table(table));
     }
-    Ok(Section { name: case.name.clone(), title: case.title.clone(), blocks })
+    Ok(Section { name: name.into(), title: title.into(), blocks })
 }
 
 /// Error against unknowns and against time for each quantity that some formulation gave on several meshes.
@@ -152,12 +153,8 @@ const HEADINGS: [&str; 7] = ["value", "reference", "error", "band", "time", "unk
 /// The rows of one case with its verdict, for a terminal.
 pub fn table(outcome: &Outcome) -> String {
     let verdict = if outcome.passes() { "ok" } else { "FAILED" };
-    let mut text = format!(
-        "\n{}: {} [{}, {verdict}]\n",
-        outcome.name,
-        outcome.title,
-        seconds(outcome.seconds)
-    );
+    let Case { name, title, .. } = outcome.case;
+    let mut text = format!("\n{name}: {title} [{}, {verdict}]\n", seconds(outcome.seconds));
     let mut lines: Vec<(String, [String; 7])> = vec![("".into(), HEADINGS.map(String::from))];
     lines.extend(outcome.rows.iter().map(|row| (subject(row), cells(row))));
     if outcome.rows.is_empty() {
@@ -223,7 +220,7 @@ pub(crate) fn band(row: &Row) -> String {
 /// The last line: how many rows lie in their bands.
 pub fn summary(outcomes: &[Outcome]) -> String {
     let rows = || outcomes.iter().flat_map(|outcome| &outcome.rows);
-    let failed: Vec<_> = outcomes.iter().filter(|o| !o.passes()).map(|o| o.name.as_str()).collect();
+    let failed: Vec<_> = outcomes.iter().filter(|o| !o.passes()).map(|o| o.case.name).collect();
     let total: f64 = outcomes.iter().map(|outcome| outcome.seconds).sum();
     let (inside, all) = (rows().filter(|row| row.passes()).count(), rows().count());
     let verdict = match failed.as_slice() {

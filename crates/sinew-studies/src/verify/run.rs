@@ -5,14 +5,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
 /// Results of a case.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Outcome {
-    /// Short name.
-    pub name: String,
-    /// Problem.
-    pub title: String,
-    /// Source of the reference values.
-    pub provenance: String,
+    /// Its case.
+    pub case: Case,
     /// Wall-clock time of all of it \[s\].
     pub seconds: f64,
     /// The rows up to the end or the failure.
@@ -39,14 +35,7 @@ pub fn run(case: &Case, effort: Effort) -> Outcome {
         Ok(Err(error)) => Some(format!("{error:#}")),
         Err(panic) => Some(format!("panicked: {}", message(&*panic))),
     };
-    Outcome {
-        name: case.name.into(),
-        title: case.title.into(),
-        provenance: case.provenance.into(),
-        seconds: start.elapsed().as_secs_f64(),
-        rows: rows.0,
-        failure,
-    }
+    Outcome { case: *case, seconds: start.elapsed().as_secs_f64(), rows: rows.0, failure }
 }
 
 fn message(panic: &(dyn std::any::Any + Send)) -> &str {
