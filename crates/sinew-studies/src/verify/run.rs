@@ -7,7 +7,7 @@ use std::time::Instant;
 /// Results of a case.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// Its case.
+    /// The benchmark that ran.
     pub case: Case,
     /// Wall-clock time of all of it \[s\].
     pub seconds: f64,
