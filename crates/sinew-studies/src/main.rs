@@ -30,6 +30,7 @@ enum Study {
 }
 
 fn main() -> ExitCode {
+    sinew::free_at_once();
     match Program::parse().study {
         Study::ReproduceBeam(options) => end(beams::run::reproduce_beam(&options)),
         Study::ReproduceOrgans(options) => end(organs::reproduce::reproduce(&options)),

@@ -119,6 +119,16 @@ pub use {
     sinew_fem as fem, sinew_mesh as mesh, sinew_report as report, sinew_sample as sample,
 };
 
+/// Makes memory that a program frees leave it at once: glibc keeps freed blocks of up to 32 MB, a fifth of the peak of a body of
+/// 28 000 nodes. For the first line of a program.
+pub fn free_at_once() {
+    // SAFETY: sets a number of the allocator, 4 MB.
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    unsafe {
+        libc::mallopt(libc::M_MMAP_THRESHOLD, 1 << 22);
+    }
+}
+
 /// Whether emulators that are networks can be trained and loaded: the feature `networks`.
 pub const NETWORKS: bool = cfg!(feature = "networks");
 

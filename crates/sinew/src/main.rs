@@ -80,6 +80,7 @@ fn with_runs(train: clap::Command) -> clap::Command {
 }
 
 fn main() -> ExitCode {
+    sinew::free_at_once();
     let program = Arguments::command().mut_subcommands(signed);
     let program = program.mut_subcommand("train", with_runs);
     let arguments = Arguments::from_arg_matches(&program.get_matches());
