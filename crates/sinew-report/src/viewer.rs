@@ -101,7 +101,7 @@ pub struct Model {
     pub mean: Packed,
     /// Modes, each as long as the mean.
     pub modes: Vec<PackedRow>,
-    /// Lengths of the kernels.
+    /// Lengths of the kernels, set after set.
     pub lengths: Vec<f64>,
     /// Points of the kernels, `f64`, row by row.
     pub points: Packed,

@@ -27,7 +27,7 @@ use crate::store::{content, read_json, read_table, write_json, write_table};
 use crate::{Error, Result};
 use interpolation::{Fitted, fit_polynomial};
 use nalgebra::{DMatrix, DVector, RowDVector, SymmetricEigen};
-use process::{fit_evidence, fit_process, left_out};
+use process::{fit_evidence, fit_process, left_out, mean};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_energy::Parameter;
@@ -75,16 +75,16 @@ pub struct PodRegression {
 /// Numbers of a [`PodRegression`]: `field = mean + Σ_k c_k mode_k` with `c = φ(x) W`.
 ///
 /// The inputs are `x_d = √12 (s_d − ½)` with the share `s_d` of θ_d in its range, on the scale of its sampling. The functions φ are
-/// first the kernels `exp(−½ Σ_d (x_d − p_d)²/ℓ_d²)` about the points p, then the monomials `Π_d x_d^e_d`.
+/// first the kernels `exp(−½ Σ_d (x_d − p_d)²/ℓ_d²)` about the points p, for each set of lengths ℓ, then the monomials `Π_d x_d^e_d`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RegressionParts<'a> {
     /// Mean field \[unit of the field\].
     pub mean: &'a [f64],
     /// Orthonormal modes, each as long as the field.
     pub modes: Vec<&'a [f64]>,
-    /// Lengths ℓ of the kernels, one per parameter; empty for a polynomial.
+    /// Lengths ℓ of the kernels, one per parameter, set after set; empty for a polynomial.
     pub lengths: &'a [f64],
-    /// Points p, a row of one number per parameter for every kernel.
+    /// Points p, a row of one number per parameter for every kernel of a set.
     pub points: Vec<Vec<f64>>,
     /// Exponents e, a row of one number per parameter for every monomial.
     pub exponents: &'a [Vec<i32>],
@@ -124,7 +124,7 @@ impl PodRegression {
         })
     }
 
-    /// [`PodRegression::fit`] by the Gaussian process of largest evidence. For each partition also the error of each sample that is
+    /// [`PodRegression::fit`] by the mean of the Gaussian processes of largest evidence about each trend. For each partition also the error of each sample that is
     /// predicted from others, of fields its norm with what the modes lose, and [`PodRegression::deviation`] there. Samples are to be in
     /// random order.
     ///
@@ -137,13 +137,10 @@ impl PodRegression {
     ) -> Result<(Self, Vec<Errors>)> {
         let mut errors = None;
         let regression = Self::fit_by(samples, |points, coefficients| {
-            let fitted = fit_evidence(points, coefficients, step);
-            let left =
-                |fitted: &Fitted, groups| left_out(points, coefficients, fitted, groups, step);
-            errors = fitted.as_ref().and_then(|fitted| {
-                partitions.iter().map(|groups| left(fitted, groups)).collect::<Option<Vec<_>>>()
-            });
-            fitted.unwrap_or_else(|| fit_polynomial(points, coefficients, 0))
+            let processes = fit_evidence(points, coefficients, step);
+            let left = |groups| left_out(points, coefficients, &processes, groups, step);
+            errors = partitions.iter().map(left).collect::<Option<Vec<_>>>();
+            mean(&processes).unwrap_or_else(|| fit_polynomial(points, coefficients, 0))
         })?;
         let is_number = regression.modes.shape() == (1, 1);
         let fields = if is_number { &[] } else { samples.2 };
@@ -168,9 +165,7 @@ impl PodRegression {
 
     /// Covariance of the samples; `None` without a Gaussian process.
     pub(crate) fn conditional(&self) -> Option<Conditional> {
-        let Fitted { interpolation, basis, .. } = &self.fitted;
-        let Interpolation::GaussianProcess { nugget, .. } = interpolation else { return None };
-        Conditional::of(basis.clone(), *nugget)
+        self.fitted.conditional(&self.fitted.basis.points)
     }
 
     /// Standard deviation of a mode's coefficient at θ \[that of the process\].

@@ -126,12 +126,15 @@ impl Process {
         let folder = tempfile::tempdir().unwrap();
         emulator.save(folder.path()).unwrap();
         let regression = PodRegression::load(&folder.path().join("0"), &parameters).unwrap();
-        let Interpolation::GaussianProcess { lengths, nugget, .. } = regression.interpolation()
+        let Interpolation::GaussianProcess { trend, lengths, nugget } = regression.interpolation()
         else {
             panic!("{}", regression.interpolation())
         };
         let fitted = [lengths[0], lengths[1], *nugget];
-        let exponents = regression.parts().exponents.to_vec();
+        let is_of_trend = |e: &&Vec<i32>| e.iter().sum::<i32>() as usize <= *trend;
+        let parts = regression.parts();
+        assert_eq!(parts.lengths.len(), 3 * 2, "a set of lengths for each trend");
+        let exponents = parts.exponents.iter().filter(is_of_trend).cloned().collect();
         let rows: Vec<_> = thetas.iter().map(|theta| inputs(&parameters, theta)).collect();
         Self { x: DMatrix::from_rows(&rows), parameters, emulator, y, exponents, fitted }
     }

@@ -19,10 +19,9 @@
   /** A function of the shares of θ that gives mean + Σ modes · (φ W); for all values, or for the three of some nodes. */
   const regression = (source) => {
     const { lengths, exponents } = source;
-    const [mean, points, inputs] = [array(Float64Array, source.mean), array(Float64Array, source.points), Math.max(lengths.length, 1)];
-    const [size, count, kernels] = [mean.length, source.modes.length, points.length / inputs];
-    const functions = kernels + exponents.length;
-    const [weights, phi] = [source.weights.map((row) => unpack(row, functions)), new Float64Array(functions)];
+    const [mean, points, inputs] = [array(Float64Array, source.mean), array(Float64Array, source.points), exponents[0].length || 1];
+    const [size, count, rows] = [mean.length, source.modes.length, points.length / inputs], kernels = (rows * lengths.length) / inputs;
+    const functions = kernels + exponents.length, [weights, phi] = [source.weights.map((row) => unpack(row, functions)), new Float64Array(functions)];
     // Four modes in one sweep over the values, for which there are zeros at the end.
     const [modes, coefficients, values] = [new Float64Array((count + 3) * size), new Float64Array(count + 3), new Float64Array(size)];
     source.modes.forEach((row, k) => modes.set(unpack(row, size), k * size));
@@ -37,7 +36,8 @@
     return (shares, nodes) => {
       const x = shares.map((share) => Math.sqrt(12) * (share - 0.5));
       for (let b = 0; b < functions; b++) {
-        const square = b < kernels && x.reduce((sum, of, d) => sum + ((of - points[b * inputs + d]) / lengths[d]) ** 2, 0);
+        const [at, set] = [(b % rows) * inputs, Math.floor(b / rows) * inputs];
+        const square = b < kernels && x.reduce((sum, of, d) => sum + ((of - points[at + d]) / lengths[set + d]) ** 2, 0);
         phi[b] = b < kernels ? Math.exp(-0.5 * square) : exponents[b - kernels].reduce((v, e, d) => v * x[d] ** e, 1);
       }
       weights.forEach((row, k) => (coefficients[k] = row.reduce((sum, weight, b) => sum + phi[b] * weight, 0)));

@@ -60,7 +60,8 @@ impl Regressed {
         let lengths: Vec<f64> = serde_json::from_value(model["lengths"].clone()).unwrap();
         let exponents: Vec<Vec<i32>> = serde_json::from_value(model["exponents"].clone()).unwrap();
         let (mean, points) = (doubles(&model["mean"]), doubles(&model["points"]));
-        let functions = points.len() / lengths.len().max(1) + exponents.len();
+        let variables = exponents[0].len().max(1);
+        let functions = points.len() / variables * (lengths.len() / variables) + exponents.len();
         let modes = unpacked(&model["modes"], mean.len());
         let weights = unpacked(&model["weights"], functions);
         Self { mean, modes, lengths, points, exponents, weights }
@@ -69,10 +70,14 @@ impl Regressed {
     /// Values at shares of the ranges of θ.
     pub(crate) fn at(&self, shares: &[f64]) -> Vec<f64> {
         let x: Vec<f64> = shares.iter().map(|share| 12f64.sqrt() * (share - 0.5)).collect();
-        let kernels = self.points.chunks(self.lengths.len().max(1)).map(|point| {
-            let parts = x.iter().zip(point).zip(&self.lengths);
+        let kernel = |point: &[f64], lengths: &[f64]| {
+            let parts = x.iter().zip(point).zip(lengths);
             (-0.5 * parts.map(|((x, p), length)| ((x - p) / length).powi(2)).sum::<f64>()).exp()
-        });
+        };
+        let points = || self.points.chunks(x.len());
+        let sets = self.lengths.chunks(x.len());
+        let kernels = sets.flat_map(|set| points().map(move |point| (point, set)));
+        let kernels = kernels.map(|(point, set)| kernel(point, set));
         let monomials = self.exponents.iter().map(|exponents| {
             x.iter().zip(exponents).map(|(x, exponent)| x.powi(*exponent)).product::<f64>()
         });

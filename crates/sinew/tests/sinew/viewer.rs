@@ -8,9 +8,10 @@ use sinew::recipe::Regression;
 use sinew::{
     Body, Case, Design, Emulator, Record, TestSet, Train, TrainingOptions, simulate, viewer,
 };
-use sinew_emulate::{PodRegression, Predictor, recipe::Taylor};
+use sinew_emulate::{Output, PodRegression, Predictor, RunsEmulator, recipe::Taylor};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Magnitude, Parameter, Sampling, Scene, Support};
+use sinew_mesh::box_tetrahedra;
 use sinew_report::Viewer;
 use std::path::Path;
 use std::process::Command;
@@ -371,12 +372,22 @@ fn a_regression_is_the_sum_of_its_parts() {
     let by_process = PodRegression::fit(&parameters, &thetas, &fields).unwrap();
     let by_polynomial = PodRegression::fit_polynomial(&parameters, &thetas, &fields, 3).unwrap();
     assert!(by_polynomial.parts().lengths.is_empty() && by_polynomial.leave_one_out() < 0.02);
-    for regression in [by_process, by_polynomial] {
+    let mesh = box_tetrahedra([1.0; 3], [1; 3]);
+    let (name, unit) = ("displacement".into(), "mm".into());
+    let repeated = fields.iter().map(|field| field.iter().copied().cycle().take(24).collect());
+    let output = Output { name, unit, values: repeated.collect() };
+    let runs =
+        RunsEmulator::fit(parameters.to_vec(), &thetas, &[output], Some(mesh.into()), &mut ());
+    let by_processes = runs.unwrap().regression().unwrap().clone();
+    assert_eq!(by_processes.parts().lengths.len(), 3 * 2, "a set of lengths for each trend");
+    for regression in [by_process, by_polynomial, by_processes] {
         let (parts, theta) = (regression.parts(), [2.2f64, 0.7]);
         let share = [theta[0].ln() / 3f64.ln(), theta[1] / 2.0];
         let x = share.map(|s| 12f64.sqrt() * (s - 0.5));
-        let kernels = parts.points.iter().map(|p| {
-            let square = |d: usize| ((x[d] - p[d]) / parts.lengths[d]).powi(2);
+        let sets = parts.lengths.chunks(2);
+        let of_sets = sets.flat_map(|lengths| parts.points.iter().map(move |p| (lengths, p)));
+        let kernels = of_sets.map(|(lengths, p)| {
+            let square = |d: usize| ((x[d] - p[d]) / lengths[d]).powi(2);
             (-0.5 * (square(0) + square(1))).exp()
         });
         let monomials = parts.exponents.iter().map(|e| x[0].powi(e[0]) * x[1].powi(e[1]));

@@ -58,19 +58,26 @@ pub(super) struct Fitted {
 }
 
 impl Fitted {
+    /// Covariance of points with the hyperparameters of the process; `None` of a polynomial.
+    pub(super) fn conditional(&self, points: &DMatrix<f64>) -> Option<Conditional> {
+        let Interpolation::GaussianProcess { trend, lengths, nugget } = &self.interpolation else {
+            return None;
+        };
+        let exponents = monomials(points.ncols(), *trend);
+        Conditional::new(points, &exponents, &logarithms(lengths, *nugget))
+    }
+
     /// Interpolation with these hyperparameters at other points.
     pub(super) fn refitted(&self, points: &DMatrix<f64>, targets: &DMatrix<f64>) -> Option<Self> {
-        let exponents = &self.basis.exponents;
         match &self.interpolation {
             Interpolation::Polynomial { ridge, .. } => {
-                let basis = Basis::monomials(exponents.clone());
+                let basis = Basis::monomials(self.basis.exponents.clone());
                 let (weights, leave_one_out) = solve_ridge(&basis.at_all(points), targets, *ridge)?;
                 let interpolation = self.interpolation.clone();
                 Some(Self { interpolation, basis, weights, leave_one_out })
             }
-            Interpolation::GaussianProcess { trend, lengths, nugget } => {
-                let at = logarithms(lengths, *nugget);
-                Conditional::new(points, exponents, &at)?.fitted(*trend, targets)
+            Interpolation::GaussianProcess { trend, .. } => {
+                self.conditional(points)?.fitted(*trend, targets)
             }
         }
     }
@@ -86,7 +93,7 @@ impl Fitted {
     }
 }
 
-/// The functions of `x` that the weights belong to: kernels with these lengths at these points, one per row, and then
+/// The functions of `x` that the weights belong to: for each set of lengths, one after the other, kernels at these points, one per row; then
 /// monomials.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Basis {
@@ -104,23 +111,26 @@ impl Basis {
 
     /// The functions at one point.
     pub(super) fn at(&self, x: &RowDVector<f64>) -> RowDVector<f64> {
-        let kernels = self.points.row_iter().map(|point| {
-            let scaled = (0..self.lengths.len()).map(|d| (x[d] - point[d]) / self.lengths[d]);
-            (-0.5 * scaled.map(|s| s * s).sum::<f64>()).exp()
+        let sets = self.lengths.chunks(x.len().max(1));
+        let kernels = sets.flat_map(|lengths| {
+            self.points.row_iter().map(|point| {
+                let scaled = (0..lengths.len()).map(|d| (x[d] - point[d]) / lengths[d]);
+                (-0.5 * scaled.map(|s| s * s).sum::<f64>()).exp()
+            })
         });
         let monomial = |e: &Vec<i32>| x.iter().zip(e).map(|(x, &e)| x.powi(e)).product();
         let monomials = self.exponents.iter().map(monomial);
-        let count = self.points.nrows() + self.exponents.len();
-        RowDVector::from_iterator(count, kernels.chain(monomials))
+        RowDVector::from_vec(kernels.chain(monomials).collect())
     }
 
     /// Derivatives of the functions at one point, a column per coordinate.
     pub(super) fn slopes(&self, x: &RowDVector<f64>) -> DMatrix<f64> {
         let (values, samples) = (self.at(x), self.points.nrows());
         DMatrix::from_fn(values.len(), x.len(), |function, d| {
-            let Some(monomial) = function.checked_sub(samples) else {
-                let distance = x[d] - self.points[(function, d)];
-                return -values[function] * distance / self.lengths[d].powi(2);
+            let Some(monomial) = function.checked_sub(values.len() - self.exponents.len()) else {
+                let distance = x[d] - self.points[(function % samples, d)];
+                return -values[function] * distance
+                    / self.lengths[function / samples * x.len() + d].powi(2);
             };
             let mut exponents = self.exponents[monomial].clone();
             let factor = f64::from(exponents[d]);

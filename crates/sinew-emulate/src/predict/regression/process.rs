@@ -24,20 +24,21 @@ const FOLDS: usize = 10;
 
 /// Trend, lengths and nugget of least leave-one-out error.
 pub(super) fn fit_process(points: &DMatrix<f64>, targets: &DMatrix<f64>) -> Option<Fitted> {
-    best_trend(points, |trend, exponents| {
+    let fits = of_each_trend(points, |trend, exponents| {
         let solve = |at: &[f64]| Conditional::new(points, exponents, at)?.fitted(trend, targets);
         let error = |at: &[f64]| solve(at).map(|fit| fit.leave_one_out.ln());
         solve(&search(start(points.ncols()), FIRST_STEP, GAIN_OF_ERROR, error)?)
-    })
+    });
+    fits.into_iter().next()
 }
 
-/// Lengths and nugget of largest evidence, for each trend; the trend of least leave-one-out error. None if `step` ends it.
+/// Lengths and nugget of largest evidence for each trend, the least leave-one-out error first. Empty if `step` ends it.
 pub(super) fn fit_evidence(
     points: &DMatrix<f64>,
     targets: &DMatrix<f64>,
     step: &Step<'_>,
-) -> Option<Fitted> {
-    best_trend(points, |trend, exponents| {
+) -> Vec<Fitted> {
+    of_each_trend(points, |trend, exponents| {
         step()?;
         let start = start(points.ncols());
         let at = maximise_evidence((points, targets), exponents, start, FIRST_STEP)?;
@@ -45,17 +46,45 @@ pub(super) fn fit_evidence(
     })
 }
 
-fn best_trend(
+/// Fits of the trends that there are enough points for, the least leave-one-out error first.
+fn of_each_trend(
     points: &DMatrix<f64>,
     fit: impl Fn(usize, &[Vec<i32>]) -> Option<Fitted>,
-) -> Option<Fitted> {
+) -> Vec<Fitted> {
     let fits = (0..=HIGHEST_TREND).filter_map(|trend| {
         // A trend of more than half as many coefficients as samples leaves little to the process.
         let exponents = monomials(points.ncols(), trend);
         let told = exponents.len() <= points.nrows() / 2 && are_told(points, &exponents);
         told.then(|| fit(trend, &exponents)).flatten()
     });
-    fits.min_by(|a, b| a.leave_one_out.total_cmp(&b.leave_one_out))
+    let mut fits: Vec<_> = fits.collect();
+    fits.sort_by(|a, b| a.leave_one_out.total_cmp(&b.leave_one_out));
+    fits
+}
+
+/// Weights of the processes in their mean, inverse to their squared errors (Bates & Granger, "The combination of forecasts", 1969).
+fn shares(processes: &[Fitted]) -> Vec<f64> {
+    let precision = |fit: &Fitted| 1.0 / fit.leave_one_out.max(f64::MIN_POSITIVE);
+    let whole: f64 = processes.iter().map(precision).sum();
+    processes.iter().map(|fit| precision(fit) / whole).collect()
+}
+
+/// Weighted mean of processes at the same points, with hyperparameters and error of the first; `None` without one.
+pub(super) fn mean(processes: &[Fitted]) -> Option<Fitted> {
+    let best = processes.first()?;
+    let exponents = processes.iter().map(|fit| &fit.basis.exponents).max_by_key(|e| e.len())?;
+    let (points, exponents) = (best.basis.points.clone(), exponents.clone());
+    let (samples, kernels) = (points.nrows(), points.nrows() * processes.len());
+    let mut weights = DMatrix::zeros(kernels + exponents.len(), best.weights.ncols());
+    for (place, (fit, share)) in processes.iter().zip(shares(processes)).enumerate() {
+        let weighted = share * &fit.weights;
+        weights.rows_mut(place * samples, samples).copy_from(&weighted.rows(0, samples));
+        let mut sum = weights.rows_mut(kernels, fit.basis.exponents.len());
+        sum += weighted.rows(samples, fit.basis.exponents.len());
+    }
+    let lengths = processes.iter().flat_map(|fit| fit.basis.lengths.clone()).collect();
+    let basis = Basis { lengths, points, exponents };
+    Some(Fitted { basis, weights, ..best.clone() })
 }
 
 /// Whether points tell these monomials apart.
@@ -138,36 +167,45 @@ pub(crate) fn folds(groups: usize) -> usize {
     if groups <= MOST_ALONE { groups } else { FOLDS }
 }
 
-/// Errors of samples that are predicted from the others, and the deviations ([`Conditional::deviation`]) there, with their numbers. Groups are
-/// left out in turn, with a trend that the others tell. Where these are single samples, lengths and nugget are fitted anew without
-/// each: the errors by which they were chosen are too small. Few levels less one do not tell them.
+/// Errors of samples that the [`mean`] of processes predicts from the others, and the deviations of the first
+/// ([`Conditional::deviation`]) there, with their numbers. Groups are left out in turn, with trends that the others tell. Where these are
+/// single samples, lengths and nuggets are fitted anew without each: the errors by which they were chosen are too small. Few levels less
+/// one do not tell them.
 pub(super) fn left_out(
     points: &DMatrix<f64>,
     targets: &DMatrix<f64>,
-    fitted: &Fitted,
+    processes: &[Fitted],
     groups: &Groups,
     step: &Step<'_>,
 ) -> Option<Vec<(usize, RowDVector<f64>, f64)>> {
-    let Interpolation::GaussianProcess { trend, lengths, nugget } = &fitted.interpolation else {
-        return None;
-    };
-    let start = logarithms(lengths, *nugget);
     let (folds, are_alone) = (folds(groups.len()), groups.len() == points.nrows());
+    let shares = shares(processes);
     let of_fold = |fold: usize| {
         step()?;
         let out: Vec<usize> = groups.iter().skip(fold).step_by(folds).flatten().copied().collect();
         let kept: Vec<usize> = (0..points.nrows()).filter(|i| !out.contains(i)).collect();
         let [x, y] = [points, targets].map(|all| all.select_rows(&kept));
-        let trends = (0..=*trend).rev().map(|trend| (trend, monomials(x.ncols(), trend)));
-        let is_told = |told: &Vec<_>| told.len() < x.nrows() && are_told(&x, told);
-        let (trend, exponents) = trends.into_iter().find(|(_, told)| is_told(told))?;
-        let search = || maximise_evidence((&x, &y), &exponents, start.clone(), FIRST_STEP / 4.0);
-        let at = if are_alone { search()? } else { start.clone() };
-        let conditional = Conditional::new(&x, &exponents, &at)?;
-        let fit = conditional.fitted(trend, &y)?;
+        let without = |process: &Fitted| {
+            let Interpolation::GaussianProcess { trend, lengths, nugget } = &process.interpolation
+            else {
+                return None;
+            };
+            let start = logarithms(lengths, *nugget);
+            let trends = (0..=*trend).rev().map(|trend| (trend, monomials(x.ncols(), trend)));
+            let is_told = |told: &Vec<_>| told.len() < x.nrows() && are_told(&x, told);
+            let (trend, exponents) = trends.into_iter().find(|(_, told)| is_told(told))?;
+            let search =
+                || maximise_evidence((&x, &y), &exponents, start.clone(), FIRST_STEP / 4.0);
+            let at = if are_alone { search()? } else { start.clone() };
+            let conditional = Conditional::new(&x, &exponents, &at)?;
+            Some((conditional.fitted(trend, &y)?, conditional))
+        };
+        let fits = processes.iter().map(without).collect::<Option<Vec<_>>>()?;
         let error = |i: usize| {
             let (x, y) = (points.row(i).into_owned(), targets.row(i));
-            (i, fit.at(&x) - y, conditional.deviation(&x))
+            let parts = fits.iter().zip(&shares).map(|((fit, _), share)| *share * fit.at(&x));
+            let deviation = fits.first().map_or(f64::NAN, |(_, first)| first.deviation(&x));
+            (i, parts.fold(-y, |sum, part| sum + part), deviation)
         };
         Some(out.into_iter().map(error).collect::<Vec<_>>())
     };
@@ -199,11 +237,7 @@ impl Conditional {
         let (log_nugget, log_lengths) = logarithms.split_last()?;
         let lengths = log_lengths.iter().map(|l| l.exp()).collect();
         let basis = Basis { lengths, points: points.clone(), exponents: exponents.to_vec() };
-        Self::of(basis, log_nugget.exp())
-    }
-
-    pub(super) fn of(basis: Basis, nugget: f64) -> Option<Self> {
-        let samples = basis.points.nrows();
+        let (samples, nugget) = (basis.points.nrows(), log_nugget.exp());
         let values = basis.at_all(&basis.points);
         let mut covariance = values.columns(0, samples).into_owned();
         (0..samples).for_each(|i| covariance[(i, i)] += nugget);
