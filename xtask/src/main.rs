@@ -87,8 +87,7 @@ enum Task {
 }
 
 /// Tasks of `sinew-studies`, told by the help.
-const STUDIES: &str = "Studies, each with its own --help: reproduce-beam reproduce-organs reproduce-populations reproduce-gp \
-                       reproduce-calibration coverage-estimates thesis verify measure";
+const STUDIES: &str = include_str!("studies.txt");
 
 fn main() -> Result<()> {
     if std::env::var_os(stand_in::STANDS_IN).is_some() {
@@ -117,6 +116,7 @@ fn main() -> Result<()> {
 /// Runs a study, whose own options follow its name.
 fn study(words: &[String]) -> Result<()> {
     let (task, options) = words.split_first().context("no task is named")?;
-    ensure!(STUDIES.split(' ').any(|name| name == task), "there is no task `{task}`. {STUDIES}");
+    let known = STUDIES.lines().any(|line| line.split_whitespace().next() == Some(task.as_str()));
+    ensure!(known, "there is no task `{task}`; `cargo xtask --help` lists them");
     command::study(task, options)
 }

@@ -73,7 +73,7 @@ impl NativeEmulator {
 /// Displacements, and the warnings of each.
 type Predicted = (Array, Vec<Vec<String>>);
 /// A page, facts about it, and notes.
-type Page = (String, Vec<(String, String)>, Vec<String>);
+pub(crate) type Page = (String, Vec<(String, String)>, Vec<String>);
 
 #[pymethods]
 impl NativeEmulator {

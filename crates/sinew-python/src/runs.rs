@@ -1,6 +1,7 @@
 //! Emulators of stored runs of any solver.
 
 use crate::arrays::{Array, Rows};
+use crate::emulator::Page;
 use crate::errors::Result;
 use crate::mesh::NativeMesh;
 use crate::relay;
@@ -91,6 +92,12 @@ impl NativeRuns {
             (Array::new(values, shape), Array::vector(widths))
         };
         Ok((0..self.0.left_out().len()).map(output).collect())
+    }
+
+    /// The emulator of displacements as one page for a browser, what was measured of it by name, and notes.
+    fn page(&self, py: Python<'_>) -> Result<Page> {
+        let viewer = py.detach(|| sinew::viewer_of_runs(&self.0, "runs", sinew::PAGE_SEED))?;
+        Ok((viewer.to_html(), viewer.facts, viewer.notes))
     }
 
     /// Warnings about parameters outside their ranges.

@@ -70,7 +70,7 @@ def test_measured_outputs_give_a_posterior(runs: Runs) -> None:
         runs.posterior({"volume": (700.0, 1.0)})
 
 
-def test_displacements_on_a_mesh_are_emulated(bar: Case) -> None:
+def test_displacements_on_a_mesh_are_emulated(bar: Case, tmp_path: Path) -> None:
     solved = bar.solve(bar.sample(12), progress=False)
     fields = solved.displacement
     columns = {"mu [kPa]": solved.theta[:, 0], "lambda [kPa]": solved.theta[:, 1]}
@@ -82,6 +82,10 @@ def test_displacements_on_a_mesh_are_emulated(bar: Case) -> None:
     found, width = emulator.predict(solved.theta[3])["displacement"]
     error = np.sqrt(np.mean(np.sum((found - fields[3]) ** 2, axis=1)))
     assert found.shape == fields[3].shape and error <= 3 * width
+    facts = emulator.page(tmp_path / "bar.html")
+    assert "factor of 3" in facts["shown error"] and "sinewViewer" in (tmp_path / "bar.html").read_text()
+    with pytest.raises(CaseError, match="page is HTML"):
+        emulator.page(tmp_path / "bar.txt")
     with pytest.raises(EmulatorError, match="numbers in a run"):
         Runs.of_fields(columns, fields[:, 1:], (bar.points, bar.cells), progress=False)
     # Runs in another order, by their labels.

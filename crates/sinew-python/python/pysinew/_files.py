@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TypeVar
+
+from .errors import CaseError
 
 T = TypeVar("T")
 
@@ -26,3 +29,11 @@ def restored(files: dict[str, bytes], load: Callable[[str], T]) -> T:
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_bytes(content)
         return load(folder)
+
+
+def check_page(path: str | os.PathLike[str]) -> None:
+    """Requires the name of a page in a folder that is there."""
+    if not os.fspath(path).lower().endswith((".html", ".htm")):
+        raise CaseError(f"{os.fspath(path)}: a page is HTML; give a name that ends with .html")
+    if not Path(path).absolute().parent.is_dir():
+        raise CaseError(f"{os.fspath(path)}: there is no folder {Path(path).parent}; make it first")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import pathlib
 from typing import TYPE_CHECKING, Any
 
@@ -105,10 +104,7 @@ class Emulator:
     def page(self, path: Path, *, progress: ProgressArgument = None) -> dict[str, str]:
         """Writes one self-contained page for a browser, as `sinew export --page`: the body with a slider for every parameter, and its error. Returns what was
         measured of the page, by name."""
-        if not os.fspath(path).lower().endswith((".html", ".htm")):
-            raise CaseError(f"{os.fspath(path)}: a page is HTML; give a name that ends with .html")
-        if not pathlib.Path(path).absolute().parent.is_dir():
-            raise CaseError(f"{os.fspath(path)}: there is no folder {pathlib.Path(path).parent}; make it first")
+        _files.check_page(path)
         with shown(progress) as bar:
             html, facts, notes = self._native.page(bar)
         warn([*self._native.doubts(), *notes])

@@ -140,6 +140,15 @@ class Runs:
         warn(warnings)
         return posterior.read(None, json.loads(groups), words)
 
+    def page(self, path: Path) -> dict[str, str]:
+        """Writes one self-contained page for a browser, as `sinew export --page`: the displacements with a slider for every parameter, and their error.
+        Returns what was measured of the page, by name."""
+        _files.check_page(path)
+        html, facts, notes = self._native.page()
+        warn([*self._native.warnings, *notes])
+        pathlib.Path(path).write_bytes(html.encode())
+        return dict(facts)
+
     def _rows(self, theta: Any) -> tuple[Floats, bool]:
         names = list(self.parameters)
         named = _theta.values_by_name(theta, names)
