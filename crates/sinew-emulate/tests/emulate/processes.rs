@@ -201,6 +201,23 @@ fn length_scales_maximise_the_evidence_of_contrasts_which_the_trend_does_not_rea
 }
 
 #[test]
+fn the_mean_of_processes_is_as_accurate_as_the_best_where_the_others_are_not() {
+    // A quadratic polynomial of the inputs: processes about lower trends are off by some 1e-5.
+    let (parameters, thetas) = (parameters(2, 1.0, 2.0), points(24, 2, 1.0, 2.0));
+    let value = |theta: &[f64]| {
+        let [x, y] = [theta[0].ln(), theta[1].ln()];
+        40.0 + 3.0 * x * x - 2.0 * x * y + y
+    };
+    let values = thetas.iter().map(|theta| vec![value(theta)]).collect();
+    let output = Output { name: "v".into(), unit: "1".into(), values };
+    let emulator = RunsEmulator::fit(parameters, &thetas, &[output], None, &mut ()).unwrap();
+    for theta in [[1.05, 1.95], [1.3, 1.6], [1.9, 1.1]] {
+        let error = emulator.predict(&theta).unwrap()[0].values[0] - value(&theta);
+        assert!(error.abs() < 1e-9, "{theta:?}: {error:e}");
+    }
+}
+
+#[test]
 fn intervals_from_samples_left_out_hold_for_unseen_ones_of_a_smooth_function() {
     let value = |t: &Vec<f64>| vec![t[0].ln() * t[1].sqrt() + (t[2] / t[0]).ln().sin() + 20.0];
     let parameters = ["a", "b", "c"].map(|name| Parameter::log(name, "kPa", 1.0..=10.0));
