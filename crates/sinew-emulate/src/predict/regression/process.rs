@@ -201,11 +201,11 @@ pub(super) fn left_out(
             Some((conditional.fitted(trend, &y)?, conditional))
         };
         let fits = processes.iter().map(without).collect::<Option<Vec<_>>>()?;
+        let (_, best) = fits.first()?;
         let error = |i: usize| {
             let (x, y) = (points.row(i).into_owned(), targets.row(i));
             let parts = fits.iter().zip(&shares).map(|((fit, _), share)| *share * fit.at(&x));
-            let deviation = fits.first().map_or(f64::NAN, |(_, first)| first.deviation(&x));
-            (i, parts.fold(-y, |sum, part| sum + part), deviation)
+            (i, parts.fold(-y, |sum, part| sum + part), best.deviation(&x))
         };
         Some(out.into_iter().map(error).collect::<Vec<_>>())
     };
