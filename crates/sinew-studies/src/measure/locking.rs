@@ -1,15 +1,22 @@
 //! Displacement that linear tetrahedra lose, by the estimate and by a solve in quadratic ones.
 
 use super::mean_ventricle::with_fibres;
-use super::organ::ventricle::{self, BULK_MODULUS, MMHG};
-use super::organ::ventricles::{published, ventricles};
-use super::real_heart;
+use crate::hearts;
 use anyhow::{Context, Result, bail};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::{Options, Solver, compare_formulations, locking};
 use sinew_mesh::{AnyMesh, TetMesh, TruncatedEllipsoid, box_tetrahedra};
+use std::path::Path;
 use std::time::Instant;
+use ventricle::{BULK_MODULUS, MMHG};
+use ventricles::{published, ventricles};
+
+// Ventricles and parameter sets of the solver's tests.
+#[path = "../../../sinew-fem/tests/fem/support/ventricle.rs"]
+mod ventricle;
+#[path = "../../../../fixtures/organ/ventricles.rs"]
+mod ventricles;
 
 /// Prints a row for each body, plain and averaged.
 pub(super) fn run() -> Result<()> {
@@ -88,13 +95,11 @@ fn ellipsoid(cells: [usize; 3]) -> Result<Scene> {
 }
 
 fn hearts() -> Result<()> {
-    let frames = real_heart::frames()?;
-    if frames.is_empty() {
-        println!("the surfaces of a real heart are absent");
-    }
-    for (name, surfaces) in frames.iter().step_by(2) {
-        let wall = surfaces.wall(700)?.tetrahedra();
-        let scene = ventricle::scene(with_fibres(wall, real_heart::SIDES)?, BULK_MODULUS);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/meshes/biv-me");
+    for name in hearts::frames(&folder).step_by(2) {
+        let wall = hearts::wall(&folder, name, 700)?.tetrahedra();
+        let mesh = with_fibres(wall, ["endocardium", "epicardium", "base"])?;
+        let scene = ventricle::scene(mesh, BULK_MODULUS);
         rows(&format!("real heart, frame {name}"), scene, &[0.2, 3.0, 3.0, 3.0, 12.0 * MMHG])?;
     }
     Ok(())

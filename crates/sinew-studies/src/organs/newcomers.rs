@@ -1,6 +1,6 @@
 //! An emulator of one ventricle meets others (thesis B.5): other shapes, other meshes, other numbers of nodes.
 
-use crate::hearts::{self, Surfaces};
+use crate::hearts;
 use crate::organs::options::Options;
 use crate::organs::run::{CORRECTIONS, QUICK, begin, case, same, test_set, train};
 use crate::organs::scenes::{NEWCOMER_S, NEWCOMERS as KEY, ORGANS, SHAPES, Shape, Source};
@@ -128,7 +128,7 @@ fn body(options: &Options, trained: &Case, shape: &Shape, folder: &Path) -> Resu
 
 /// The left ventricle of a frame of a beat, its axis upright with the base at z = 0, as the network knows ventricles.
 pub(crate) fn heart(folder: &Path, frame: &str, nodes: usize) -> Result<AnyMesh> {
-    let wall = Surfaces::read(folder, frame)?.wall(nodes)?;
+    let wall = hearts::wall(folder, frame, nodes)?;
     let [point, normal] = wall.report().base.map(Vector3::from);
     let mut mesh = sinew::ventricle(&wall, false, [60.0, -60.0]).map_err(anyhow::Error::msg)?;
     let turn = Rotation3::rotation_between(&normal, &Vector3::z())

@@ -129,7 +129,6 @@ impl Stage {
         if self.kind != Kind::Ventricles || self.scars > 0 {
             return Ok(Vec::new());
         }
-        let frames = hearts::FRAMES.into_iter().filter(|frame| hearts::has(folder, frame));
         let individual = |frame| {
             let mut case = Case::read(Path::new("LeftVentricle"))?;
             (case.law, case.parameters) = (self.case.law.clone(), self.case.parameters.clone());
@@ -139,7 +138,7 @@ impl Stage {
             let (numbers, scars) = (Vec::new(), Vec::new());
             Ok(Individual { numbers, theta: body.centre(), body, scars, coarse })
         };
-        let mut hearts = frames.map(individual).collect::<Result<Vec<_>>>()?;
+        let mut hearts = hearts::frames(folder).map(individual).collect::<Result<Vec<_>>>()?;
         if let Some(first) = hearts.first() {
             let thetas = Design::Sobol.sample(&first.body.parameters, hearts.len(), 1)?;
             hearts.iter_mut().zip(thetas).for_each(|(heart, theta)| heart.theta = theta);
