@@ -11,7 +11,6 @@ pub mod experiments;
 mod floor;
 mod hcnn;
 mod inference;
-mod lines;
 mod pentagon;
 mod problems;
 pub mod report;

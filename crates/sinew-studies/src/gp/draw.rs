@@ -7,7 +7,7 @@ use sinew_report::format;
 use sinew_report::{Chart, Distribution, Figure, Level, Series, Style};
 
 /// Half-width of a 95 % band in standard deviations.
-pub(crate) const BAND: f64 = 1.959_964;
+const BAND: f64 = 1.959_964;
 /// Points of a curve.
 const CURVE_POINTS: usize = 101;
 /// Points of a curve in a check.

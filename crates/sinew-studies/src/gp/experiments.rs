@@ -1,6 +1,5 @@
 //! The experiments of §1.7.3 and §4.8, one file for each or for a small family.
 
-mod allen_cahn;
 mod noisy;
 mod poisson;
 
@@ -40,10 +39,6 @@ pub enum Name {
     AdvectionDiffusion,
     /// Mixed conditions on a square (Fig. 4.11)
     Helmholtz,
-    /// A thin front of a nonlinear equation, forward and inverse (beyond the thesis)
-    AllenCahn,
-    /// Four problems beside finite differences and least squares (beyond the thesis)
-    Rivals,
 }
 
 impl Name {
@@ -76,8 +71,6 @@ impl Name {
             Self::Wave2 => noisy::wave_2(scale)?,
             Self::AdvectionDiffusion => noisy::advection_diffusion(scale)?,
             Self::Helmholtz => noisy::helmholtz(scale)?,
-            Self::AllenCahn => allen_cahn::experiment(scale)?,
-            Self::Rivals => noisy::rivals(scale)?,
         })
     }
 

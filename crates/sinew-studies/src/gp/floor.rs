@@ -1,4 +1,4 @@
-//! Least squares for θ: with the exact solutions of the equation what noise alone leaves, with those of a solver its rival.
+//! Least squares for θ with the exact solutions of the equation: what noise alone leaves.
 //!
 //! No method that only knows equation and conditions can be expected to do better on average, however many
 //! collocation points it takes; what does owes it to a prior that prefers the solution at hand.
@@ -6,11 +6,10 @@
 use crate::gp::experiment::{Case, Scale, Task};
 use crate::gp::inference::Sampling;
 use crate::gp::problems::{Function, Setting};
-use crate::gp::row::{Covered, Method, Run};
+use crate::gp::row::{Method, Run};
 use anyhow::{Result, bail};
 use nalgebra::{DMatrix, DVector};
 use sinew_energy::listed;
-use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::f64::consts::PI;
 use std::sync::Arc;
 use std::time::Instant;
@@ -18,10 +17,10 @@ use std::time::Instant;
 /// The solution of a problem for each θ.
 pub(crate) type Family<const D: usize> = fn(&[f64]) -> Function<D>;
 
-/// The case of least squares on the data of the other methods, that of lines with intervals.
+/// The case of least squares on the data of the other methods.
 pub(crate) fn case<const D: usize>(
     setting: &Setting<D>,
-    (method, family): (Method, Family<D>),
+    family: Family<D>,
     sampling: Sampling,
     scale: Scale,
 ) -> Case {
@@ -30,31 +29,15 @@ pub(crate) fn case<const D: usize>(
         let observed = own.observe(sampling, task)?;
         let start = Instant::now();
         // Not the truth, which a search does not know.
-        let begin: Vec<f64> = own.truth.iter().map(|truth| 1.3 * truth.value).collect();
-        let found = least_squares(family, begin, &observed.places, &observed.values)?;
+        let begin = own.truth.iter().map(|truth| 1.3 * truth.value).collect();
+        let theta = least_squares(family, begin, &observed.places, &observed.values)?;
         let seconds = start.elapsed().as_secs_f64();
         let grid = own.grid(scale);
-        let solution = family(&found.theta);
+        let solution = family(&theta);
         let mean: Vec<f64> = grid.iter().map(|x| solution(*x)).collect();
-        let covered = (method == Method::Lines).then(|| found.covered(&own, family));
-        Ok(Run {
-            err_u: own.error(&grid, &mean),
-            seconds,
-            theta: found.theta,
-            covered,
-            ..Run::default()
-        })
+        Ok(Run { err_u: own.error(&grid, &mean), seconds, theta, ..Run::default() })
     };
-    Case::new(setting.named(), method, run)
-}
-
-/// Parameters by least squares.
-#[derive(Debug)]
-struct Found {
-    theta: Vec<f64>,
-    covariance: DMatrix<f64>,
-    /// Quantile of Student's t that 95 % lie within.
-    quantile: f64,
+    Case::new(setting.named(), Method::LeastSquares, run)
 }
 
 /// Derivatives of the solution in θ, a column for each.
@@ -76,25 +59,6 @@ fn values<const D: usize>(family: Family<D>, theta: &[f64], places: &[[f64; D]])
     DVector::from_iterator(places.len(), places.iter().map(|x| solution(*x)))
 }
 
-impl Found {
-    /// Intervals of θ and the band of u against the truth.
-    fn covered<const D: usize>(&self, setting: &Setting<D>, family: Family<D>) -> Covered {
-        let half = |variance: f64| self.quantile * variance.max(0.0).sqrt();
-        let interval = |(k, x): (usize, &f64)| {
-            let half = half(self.covariance[(k, k)]);
-            [x - half, x + half]
-        };
-        let intervals = self.theta.iter().enumerate().map(interval).collect();
-        let inside = setting.inside();
-        let (mean, by) =
-            (values(family, &self.theta, &inside), slopes(family, &self.theta, &inside));
-        let deviation =
-            |k: usize| half((by.row(k) * &self.covariance * by.row(k).transpose())[(0, 0)]);
-        let band = (0..inside.len()).map(|k| (mean[k], deviation(k)));
-        setting.covered(intervals, &inside, band)
-    }
-}
-
 /// Relative step of differences, and of θ where the search ends.
 const STEP: f64 = 1e-5;
 const CONVERGED: f64 = 1e-9;
@@ -106,7 +70,7 @@ fn least_squares<const D: usize>(
     theta: Vec<f64>,
     places: &[[f64; D]],
     measured: &[f64],
-) -> Result<Found> {
+) -> Result<Vec<f64>> {
     let mut theta = DVector::from_vec(theta);
     let measured = DVector::from_column_slice(measured);
     for _ in 0..MOST_STEPS {
@@ -116,10 +80,7 @@ fn least_squares<const D: usize>(
         let change = factor.solve(&(slopes.transpose() * &residual));
         theta += &change;
         if change.component_div(&theta).amax() < CONVERGED {
-            let freedom = (places.len() as f64 - theta.len() as f64).max(1.0);
-            let covariance = factor.inverse() * (residual.norm_squared() / freedom);
-            let quantile = StudentsT::new(0.0, 1.0, freedom)?.inverse_cdf(0.975);
-            return Ok(Found { theta: theta.as_slice().to_vec(), covariance, quantile });
+            return Ok(theta.as_slice().to_vec());
         }
     }
     bail!(

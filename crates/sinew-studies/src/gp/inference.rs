@@ -3,13 +3,13 @@
 use crate::gp::draw;
 use crate::gp::experiment::{Case, Purpose, Scale, Task};
 use crate::gp::problems::Setting;
-use crate::gp::row::{Covered, Method, RestartEnd, Run, Truth};
+use crate::gp::row::{Method, RestartEnd, Run};
 use crate::program::standard_normal;
 use anyhow::Result;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
-    Data, Evidence, Fit, FitOptions, GpError, Model, Noise, Prediction, Prior, squared_exponential,
+    Data, Evidence, Fit, FitOptions, GpError, Model, Noise, Prior, squared_exponential,
 };
 use std::time::Instant;
 
@@ -91,41 +91,6 @@ impl<const D: usize> Setting<D> {
         (values.iter().map(|u| (u - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
     }
 
-    /// Places inside of the domain that bands are judged at.
-    pub(crate) fn inside(&self) -> Vec<[f64; D]> {
-        let domain = self.problem.domain();
-        let within = |x: &[f64; D]| {
-            domain.ends().iter().zip(x).all(|([lower, upper], x)| lower < x && x < upper)
-        };
-        domain.grid(12).into_iter().filter(within).collect()
-    }
-
-    /// Intervals and a band, by mean and half-width at places, against the truth.
-    pub(crate) fn covered(
-        &self,
-        intervals: Vec<[f64; 2]>,
-        places: &[[f64; D]],
-        band: impl Iterator<Item = (f64, f64)>,
-    ) -> Covered {
-        let of = |([low, high], truth): (&[f64; 2], &Truth)| (*low..=*high).contains(&truth.value);
-        let held =
-            band.zip(places).filter(|((m, half), x)| ((self.solution)(**x) - m).abs() <= *half);
-        Covered {
-            theta: intervals.iter().zip(&self.truth).map(of).collect(),
-            u: held.count() as f64 / places.len() as f64,
-            intervals,
-        }
-    }
-
-    /// Intervals and the band that a fit answers with against the truth.
-    pub(crate) fn judged(&self, fit: &Fit<D>, places: &[[f64; D]]) -> Result<Covered, GpError> {
-        let intervals = self.truth.iter().map(|truth| fit.interval(&truth.name, 0.95));
-        let intervals = intervals.collect::<Result<_, _>>()?;
-        let Prediction { mean, standard_deviation } = fit.predict(places)?;
-        let band = mean.into_iter().zip(standard_deviation).map(|(m, s)| (m, draw::BAND * s));
-        Ok(self.covered(intervals, places, band))
-    }
-
     /// Noisy observations at random places.
     pub(crate) fn observe(&self, sampling: Sampling, task: &Task) -> Result<Observed<D>, GpError> {
         let domain = self.problem.domain();
@@ -191,9 +156,6 @@ pub(crate) struct Inference<const D: usize> {
     /// Result for the first data set.
     pub drawings: Drawings,
     pub evidence: Evidence,
-    /// Whether the fit adds points and answers with intervals, as it does by default. Rows are named by their number of points
-    /// elsewhere.
-    pub complete: bool,
     pub scale: Scale,
 }
 
@@ -222,7 +184,6 @@ impl<const D: usize> Inference<D> {
             restarts: scale.pick(4, 1),
             drawings: Drawings::Posterior,
             evidence: Evidence::Auto,
-            complete: false,
             scale,
         }
     }
@@ -254,61 +215,44 @@ impl<const D: usize> Inference<D> {
         }
     }
 
-    /// A fit to the data of a task.
-    pub(crate) fn fit(&self, observed: &Observed<D>, task: &Task) -> Result<Fit<D>, GpError> {
-        let model = Model::new(self.prior(task)?, observed.data(), self.evidence)?;
-        model.fit(&FitOptions {
-            restarts: self.restarts,
-            iterations: self.scale.pick(FitOptions::default().iterations, 40),
-            seed: task.seed_for(Purpose::Starts),
-            most_points: if self.complete { FitOptions::default().most_points } else { 0 },
-            ..FitOptions::default()
-        })
-    }
-
     /// Makes data, fits, and measures.
     pub(crate) fn run(&self, task: &Task) -> Result<Run> {
         let observed = (self.observe)(&self.setting, task)?;
         let start = Instant::now();
-        let fit = self.fit(&observed, task)?;
-        let judged = || self.setting.judged(&fit, &self.setting.inside());
-        let covered = self.complete.then(judged).transpose()?;
+        let fit =
+            Model::new(self.prior(task)?, observed.data(), self.evidence)?.fit(&FitOptions {
+                restarts: self.restarts,
+                iterations: self.scale.pick(FitOptions::default().iterations, 40),
+                seed: task.seed_for(Purpose::Starts),
+                // Rows are named by their number of points.
+                most_points: 0,
+                ..FitOptions::default()
+            })?;
         let seconds = start.elapsed().as_secs_f64();
-        let run = self.measured(&fit, &observed, &self.setting.grid(self.scale), task)?;
-        Ok(Run { seconds, covered, restarts: self.ends(&fit)?, ..run })
-    }
-
-    /// Result of a fit, with errors over a grid.
-    pub(crate) fn measured(
-        &self,
-        fit: &Fit<D>,
-        observed: &Observed<D>,
-        grid: &[[f64; D]],
-        task: &Task,
-    ) -> Result<Run, GpError> {
-        let conditional = fit.conditional()?;
-        let err_u = self.setting.error(grid, &conditional.mean(grid)?);
+        let (conditional, grid) = (fit.conditional()?, self.setting.grid(self.scale));
         let mut figures = Vec::new();
         if task.draw && self.drawings != Drawings::None {
-            figures.push(draw::posterior(self, &conditional, observed, fit)?);
+            figures.push(draw::posterior(self, &conditional, &observed, &fit)?);
         }
         if task.draw && self.drawings == Drawings::PosteriorAndTraces {
-            figures.push(draw::traces(self, fit));
+            figures.push(draw::traces(self, &fit));
         }
-        let ends = fit.restarts.iter().filter_map(|restart| restart.outcome.as_ref().ok());
+        let restarts = self.ends(&fit)?;
         Ok(Run {
-            err_u,
-            theta: self.theta(fit, &fit.outcome().parameters)?,
-            evaluations: Some(ends.map(|outcome| outcome.evaluations).sum()),
+            err_u: self.setting.error(&grid, &conditional.mean(&grid)?),
+            seconds,
+            theta: self.theta(&fit, &fit.outcome().parameters)?,
+            evaluations: Some(restarts.iter().map(|end| end.evaluations).sum()),
             jitter: Some(fit.outcome().jitter),
             collapsed: fit.outcome().collapsed,
+            restarts,
             figures,
             ..Run::default()
         })
     }
 
     /// The equation's parameters in a vector of all, in their own units.
-    pub(crate) fn theta(&self, fit: &Fit<D>, scaled: &[f64]) -> Result<Vec<f64>, GpError> {
+    fn theta(&self, fit: &Fit<D>, scaled: &[f64]) -> Result<Vec<f64>, GpError> {
         let model = fit.model();
         let value = |name: &str| {
             let position = model.position(name)?;

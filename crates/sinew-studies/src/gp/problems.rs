@@ -5,7 +5,7 @@ use sinew_gp::{
     Condition, Derivative, Domain, GpError, Parameter, Periodicity, Problem, Series, Side,
     constant, field,
 };
-use std::f64::consts::{PI, SQRT_2};
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// A function of the coordinates.
@@ -82,27 +82,6 @@ pub(crate) fn heat_1() -> Result<Setting<2>, GpError> {
         .condition("t", Side::Lower, start)?;
     let truth = [("theta", 1.0)];
     Ok(Setting::new("Heat-BVP-1", problem, &truth, |[x, t]| x.sin() * (-t).exp()))
-}
-
-/// u_t = D u_xx on the unit square, held at x = 0 and insulated at 1, with a mode at the start that decays in a fiftieth of the
-/// time; not the thesis'.
-pub(crate) fn layer() -> Result<Setting<2>, GpError> {
-    const D: f64 = 0.3;
-    let domain = Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.0, 1.0])])?;
-    let [dx, dt] = domain.derivatives();
-    let diffusivity = Parameter::new("D", [0.01, 10.0])?;
-    let start =
-        field(|[x, _]: [Series; 2]| (&x * (PI / 2.0)).sin() + (&x * (2.5 * PI)).sin() * 0.5);
-    let problem = Problem::new(domain, dt - &diffusivity * dx * dx)?
-        .condition("x", Side::Lower, held())?
-        .condition("x", Side::Upper, insulated())?
-        .condition("t", Side::Lower, Condition::Dirichlet(start))?;
-    let mode = |n: f64, [x, t]: [f64; 2]| {
-        let wave = n * PI / 2.0;
-        (wave * x).sin() * (-D * wave * wave * t).exp()
-    };
-    let solution = move |x: [f64; 2]| mode(1.0, x) + 0.5 * mode(5.0, x);
-    Ok(Setting::new("Initial layer", problem, &[("D", D)], solution))
 }
 
 /// u_t = θ Δu on [0, π]² × [0, ½], held at the edges, u = sin x sin y at the start.
@@ -193,48 +172,4 @@ pub(crate) fn helmholtz() -> Result<Setting<2>, GpError> {
     };
     let setting = Setting::new("Helmholtz", problem, &[], solution);
     Ok(Setting { load: Arc::new(load), ..setting })
-}
-
-/// ε of [`allen_cahn`].
-const WIDTH: f64 = 0.05;
-
-/// The linear part u_t − ε² u_xx of Allen and Cahn's equation on [−1, 1] × [0, 1] for the front
-/// ½ (1 − tanh((x − ct) / 2√2ε)) with c = 3ε/√2 = 0.106, in the coordinate s of
-/// x = sinh(κs)/sinh κ, which is the finer about x = 0 the larger κ.
-pub(crate) fn allen_cahn(kappa: f64, unknown: bool) -> Result<Setting<2>, GpError> {
-    let domain = Domain::cuboid([("s", [-1.0, 1.0]), ("t", [0.0, 1.0])])?;
-    let [ds, dt] = domain.derivatives();
-    let sinh = |x: &Series| (x.exp() - (x * -1.0).exp()) * 0.5;
-    let cosh = |x: &Series| (x.exp() + (x * -1.0).exp()) * 0.5;
-    // ∂²/∂x² = X′⁻² ∂²/∂s² − X″ X′⁻³ ∂/∂s with X = sinh(κs)/sinh κ.
-    let slope = move |s: &Series| cosh(&(s * kappa)) * (kappa / kappa.sinh());
-    let bend = move |s: &Series| sinh(&(s * kappa)) * (kappa * kappa / kappa.sinh());
-    let second = field(move |[s, _]: [Series; 2]| slope(&s).squared().recip());
-    let first = field(move |[s, _]: [Series; 2]| bend(&s) / slope(&s).powi(3));
-    let curvature = second * (ds * ds) - first * ds;
-    let diffusion = match unknown {
-        true => {
-            let epsilon = Parameter::new("epsilon", [0.1 * WIDTH, 10.0 * WIDTH])?;
-            &epsilon * (&epsilon * curvature)
-        }
-        false => WIDTH * WIDTH * curvature,
-    };
-    const SPEED: f64 = 3.0 * WIDTH / SQRT_2;
-    const STEEPNESS: f64 = 1.0 / (2.0 * SQRT_2 * WIDTH);
-    let known = || {
-        Condition::Dirichlet(field(move |[s, t]: [Series; 2]| {
-            let x = sinh(&(s * kappa)) / kappa.sinh();
-            (((x - t * SPEED) * STEEPNESS).tanh() - 1.0) * -0.5
-        }))
-    };
-    let problem = Problem::new(domain, dt - diffusion)?
-        .condition("s", Side::Lower, known())?
-        .condition("s", Side::Upper, known())?
-        .condition("t", Side::Lower, known())?;
-    let solution = move |[s, t]: [f64; 2]| {
-        let x = (kappa * s).sinh() / kappa.sinh();
-        0.5 * (1.0 - ((x - SPEED * t) * STEEPNESS).tanh())
-    };
-    let truth: &[_] = if unknown { &[("epsilon", WIDTH)] } else { &[] };
-    Ok(Setting::new("Allen-Cahn", problem, truth, solution))
 }

@@ -1,12 +1,11 @@
 //! Rows as the tables and sections of a report.
 
-use crate::gp::draw::BAND;
-use crate::gp::row::{Covered, Row};
+use crate::gp::row::Row;
 use crate::thesis;
 use sinew_report::format::{digits, rounded};
-use sinew_report::{Block, Cell, Column, Distribution, Figure, ReportError, Section, Table, Value};
+use sinew_report::{Block, Cell, Column, Figure, ReportError, Section, Table, Value};
 
-/// One experiment: its rows, coverage, drawings and restarts.
+/// One experiment: its rows, drawings and restarts.
 pub fn section(
     name: String,
     title: &str,
@@ -41,7 +40,6 @@ pub fn section(
         table.push(self::row(&name, row)?)?;
     }
     let mut blocks = vec![Block::Text(about.into()), Block::Table(table)];
-    blocks.extend(rows.iter().filter_map(coverage).map(Block::Text));
     blocks.extend(figures.into_iter().map(Block::Figure));
     blocks.extend(restarts(rows));
     Ok(Section { name, title: title.into(), blocks })
@@ -107,44 +105,4 @@ fn restarts(rows: &[Row]) -> Option<Block> {
         .collect();
     let head = ["method", "restart", "evaluations", "log evidence", "θ̂", "collapsed"];
     (!lines.is_empty()).then(|| Block::listing("All restarts on the first data set", head, lines))
-}
-
-/// Coverage of the intervals, in a sentence; none if that was not asked.
-fn coverage(row: &Row) -> Option<String> {
-    let covered: Vec<&Covered> =
-        row.runs.iter().map(|run| run.covered.as_ref()).collect::<Option<_>>()?;
-    let percent = |share: f64| format!("{:.1}", 100.0 * share);
-    let of = covered.len();
-    let parameters = row.label.truth.iter().enumerate().map(|(number, truth)| {
-        let held = covered.iter().filter(|covered| covered.theta[number]).count();
-        let [share, low, high] = wilson(held, of).map(percent);
-        format!("{}: {held} of {of} = {share} % (95 % interval {low} to {high})", truth.name)
-    });
-    let widths = row.label.truth.iter().enumerate().filter_map(|(number, truth)| {
-        let width =
-            |covered: &&Covered| covered.intervals[number][1] - covered.intervals[number][0];
-        let median = Distribution::of(covered.iter().map(width).collect())?.q50;
-        Some(format!("{} % of {}", digits(100.0 * median / truth.value, 3), truth.name))
-    });
-    let u = Distribution::of(covered.iter().map(|covered| covered.u).collect())?;
-    let mean = covered.iter().map(|covered| covered.u).sum::<f64>() / of as f64;
-    Some(format!(
-        "{}, {}: 95 % intervals held {}, median width {}; the band held u on {} % of the places (median data set {} %, worst {} %).",
-        [row.label.problem.as_str(), &row.label.setting].join(", ").trim_end_matches(", "),
-        row.label.method.label(),
-        parameters.collect::<Vec<_>>().join("; "),
-        widths.collect::<Vec<_>>().join(" and "),
-        percent(mean),
-        percent(u.q50),
-        percent(u.q0),
-    ))
-}
-
-/// A share with its 95 % interval by the score method (Wilson 1927), which holds near 0 and 1 too.
-fn wilson(held: usize, of: usize) -> [f64; 3] {
-    let (n, z2) = (of as f64, BAND * BAND);
-    let share = held as f64 / n;
-    let centre = (share + z2 / (2.0 * n)) / (1.0 + z2 / n);
-    let half = BAND / (1.0 + z2 / n) * (share * (1.0 - share) / n + z2 / (4.0 * n * n)).sqrt();
-    [share, (centre - half).max(0.0), (centre + half).min(1.0)]
 }

@@ -20,16 +20,13 @@ pub enum Method {
     EnergyForm,
     /// Least squares for the equation's parameters with its exact solutions: what noise alone leaves
     LeastSquares,
-    /// Least squares with solutions by the method of lines
-    Lines,
 }
 
 impl Method {
     /// Name in tables.
     pub(crate) fn label(self) -> &'static str {
         let (strong, energy) = ("PINN, strong form", "PINN, energy form");
-        ["HCGP", "PCGP", "UCGP", "HCNN", strong, energy, "noise floor", "lines, least squares"]
-            [self as usize]
+        ["HCGP", "PCGP", "UCGP", "HCNN", strong, energy, "noise floor"][self as usize]
     }
 }
 
@@ -44,17 +41,6 @@ pub struct RestartEnd {
     pub theta: Vec<f64>,
     /// Whether it takes all data for noise.
     pub collapsed: bool,
-}
-
-/// Whether 95 % intervals of one data set held the truth.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Covered {
-    /// The interval of each parameter.
-    pub intervals: Vec<[f64; 2]>,
-    /// Whether each holds the true value.
-    pub theta: Vec<bool>,
-    /// Share of a grid where the band about u holds it.
-    pub u: f64,
 }
 
 /// One fit to one data set.
@@ -76,8 +62,6 @@ pub struct Run {
     pub collapsed: bool,
     /// All restarts that reached an end.
     pub restarts: Vec<RestartEnd>,
-    /// Intervals against the truth, where that is the question.
-    pub covered: Option<Covered>,
     /// Drawings, for the first data set only.
     pub figures: Vec<Figure>,
 }

@@ -38,8 +38,7 @@ struct Beginning {
 pub fn reproduce_gp(options: &Options) -> Result<PathBuf> {
     let names = [
         "Boundary conditions built in: Gaussian processes and networks",
-        "The experiments of chapter 4 and §1.7.3 of the thesis, beside the figures it prints, and a nonlinear equation \
-         beyond them.",
+        "The experiments of chapter 4 and §1.7.3 of the thesis, beside the figures it prints.",
     ];
     let mut growing = Growing::new(names, (options.seed, options.quick), options, |report| {
         let [all, met] = report.verdicts();

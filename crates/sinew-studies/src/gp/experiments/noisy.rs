@@ -1,12 +1,11 @@
-//! Linear problems from noisy values (§4.8.2 to §4.8.5): heat, waves, advection and diffusion, Helmholtz; a fit as it comes beside a solver and least squares.
+//! Linear problems from noisy values (§4.8.2 to §4.8.5): heat, waves, advection and diffusion, Helmholtz.
 
+use crate::gp::draw;
 use crate::gp::experiment::{Case, Experiment, Scale};
 use crate::gp::floor;
-use crate::gp::floor::Family;
 use crate::gp::inference::{Approach, Error, Inference, NOISE, Sampling, approaches};
 use crate::gp::problems::{self, Setting};
-use crate::gp::row::{Method, Row};
-use crate::gp::{draw, lines};
+use crate::gp::row::Row;
 use anyhow::Result;
 use sinew_gp::Evidence;
 use sinew_report::Figure;
@@ -28,7 +27,7 @@ pub(super) fn heat_2(scale: Scale) -> Result<Experiment> {
     let setting = problems::heat_2()?;
     let sampling = Sampling { values: 50, collocation: 50, error: NOISE };
     let mut cases = approaches(&setting, sampling, 100, scale);
-    cases.push(floor::case(&setting, (Method::LeastSquares, floor::heat_2), sampling, scale));
+    cases.push(floor::case(&setting, floor::heat_2, sampling, scale));
     Ok(Experiment {
         title: "Heat-BVP-2 (§4.8.2, Fig. 4.5)",
         about: "50 values with 2.5 % noise, 50 collocation points. The thesis removed by hand all restarts of \
@@ -56,7 +55,7 @@ fn waves(setting: &Setting<2>, scale: Scale) -> Vec<Case> {
 pub(super) fn wave_1(scale: Scale) -> Result<Experiment> {
     let setting = problems::wave_1()?;
     let mut cases = waves(&setting, scale);
-    cases.push(floor::case(&setting, (Method::LeastSquares, floor::wave_1), WAVES, scale));
+    cases.push(floor::case(&setting, floor::wave_1, WAVES, scale));
     Ok(Experiment {
         title: "Wave-BVP-1 (§4.8.3, Figs. 4.8, 4.9)",
         about: "25 values with 2.5 % noise, 25 collocation points, ten restarts. The Cramér–Rao bound of the \
@@ -94,12 +93,7 @@ pub(super) fn advection_diffusion(scale: Scale) -> Result<Experiment> {
             let inference = if size == SIZES[0] { inference } else { inference.undrawn() };
             cases.push(inference.case().at(format!("{size} + {size}")).sweep(total));
         }
-        let floor = floor::case(
-            &setting,
-            (Method::LeastSquares, floor::advection_diffusion),
-            sampling,
-            scale,
-        );
+        let floor = floor::case(&setting, floor::advection_diffusion, sampling, scale);
         cases.push(floor.at(format!("{size} values")).sweep(total));
     }
     Ok(Experiment {
@@ -131,30 +125,5 @@ pub(super) fn helmholtz(scale: Scale) -> Result<Experiment> {
         title: "Helmholtz (§4.8.5, Fig. 4.11)",
         about: "Ten values each of u and f with a standard error of 0.01, which the model knows.",
         cases: approaches(&setting, sampling, 40, scale),
-    })
-}
-
-/// Four problems with values and points at random places.
-pub(super) fn rivals(scale: Scale) -> Result<Experiment> {
-    let each: [(Setting<2>, Family<2>, usize); 4] = [
-        (problems::heat_1()?, lines::heat_1, 25),
-        (problems::layer()?, lines::layer, 30),
-        (problems::wave_1()?, lines::wave_1, 25),
-        (problems::advection_diffusion()?, lines::advection_diffusion, 25),
-    ];
-    let mut cases = Vec::new();
-    for (setting, family, count) in each {
-        let sampling = Sampling { values: count, collocation: count, error: NOISE };
-        let inference = Inference::sampled(&setting, Approach::Constrained, sampling, scale);
-        let inference = Inference { complete: true, ..inference.undrawn() };
-        cases.push(inference.case().at("as it comes"));
-        cases.push(floor::case(&setting, (Method::Lines, family), sampling, scale));
-    }
-    Ok(Experiment {
-        title: "Beside lines and least squares",
-        about: "25 or 30 values with 2.5 % noise. The Gaussian process adds collocation points and answers with its own intervals; \
-                seconds are those of both. The rival solves the equation by finite differences along x and the trapezoidal rule in \
-                time, knows its load and conditions everywhere, and takes parameters by least squares, with intervals by Student's t.",
-        cases,
     })
 }
