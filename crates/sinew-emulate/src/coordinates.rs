@@ -47,7 +47,7 @@ pub use motions::{Anchor, Motions};
 pub(crate) use motions::{matrix, of_eigenvalues, rigid_motions};
 pub use principal::{PrincipalDirections, all_terms, check_terms};
 pub(crate) use principal::{expansion, terms};
-pub use scaling::{OutputScale, ParameterRange, ParameterScaling};
+pub use scaling::{OutputScale, ParameterScaling};
 pub use tree::{MotionTree, halves};
 pub(crate) use tree::{Number, cluster_centres, cluster_counts};
 

@@ -1,21 +1,21 @@
 //! Parameters of a body as emulators see them.
 
-use crate::coordinates::{ParameterRange, ParameterScaling};
+use crate::coordinates::ParameterScaling;
 use crate::error::{ensure, require_usable};
-use crate::sample::share_of;
+use crate::sample::{is_inside, share_of};
 use crate::{Body, Error, Result, Warning};
 use sinew_energy::Parameter;
 use sinew_fem::SolveError;
 
 /// The body's parameters as inputs of a network.
 pub fn scaling(body: &Body) -> Result<ParameterScaling> {
-    Ok(ParameterScaling::new(body.parameters.iter().map(ParameterRange::from).collect())?)
+    Ok(ParameterScaling::new(&body.parameters)?)
 }
 
 /// The parameters that lie outside their ranges.
 fn outside<'a>(body: &'a Body, theta: &'a [f64]) -> impl Iterator<Item = (&'a Parameter, f64)> {
     let pairs = body.parameters.iter().zip(theta.iter().copied());
-    pairs.filter(|(parameter, value)| !ParameterRange::from(*parameter).contains(*value))
+    pairs.filter(|(parameter, value)| !is_inside(parameter, *value))
 }
 
 /// Warnings about parameters outside the trained ranges.

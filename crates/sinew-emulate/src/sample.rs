@@ -82,6 +82,16 @@ pub fn share_of(parameter: &Parameter, value: f64) -> f64 {
     }
 }
 
+/// Width √12 of the uniform distribution of variance one.
+pub(crate) const WIDTH: f64 = 3.464_101_615_137_754_6;
+/// Share within which a value counts as inside its range: rounding of a bound that went through a logarithm or a text file.
+const SLACK: f64 = 1e-9;
+
+/// Whether a value is inside its range, but for rounding.
+pub(crate) fn is_inside(parameter: &Parameter, value: f64) -> bool {
+    (-SLACK..=1.0 + SLACK).contains(&share_of(parameter, value))
+}
+
 fn check(parameter: &Parameter) -> Result<()> {
     let [low, high] = parameter.range;
     let positive = parameter.sampling == Sampling::Linear || low > 0.0;

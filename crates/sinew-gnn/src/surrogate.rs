@@ -100,7 +100,7 @@ impl Surrogate {
     ) -> Result<Self> {
         let config = &emulator.config;
         let Scales { features, global, parameters, .. } = &scales;
-        require_count("parameter ranges", parameters.ranges().len(), config.parameters)?;
+        require_count("parameter ranges", parameters.count(), config.parameters)?;
         let (nodes, edges) = (features.nodes.mean.len(), features.edges.mean.len());
         require_count("columns of node features", nodes, config.node_features)?;
         require_count("columns of edge features", edges, config.edge_features)?;
@@ -198,7 +198,7 @@ impl Surrogate {
         let motions = matches!(geometry.coordinates, Coordinates::Motions(_));
         let decoded = matches!(self.emulator.config.decoding, Decoding::Motions { .. });
         require_count("outputs that are rigid motions", motions.into(), decoded.into())?;
-        let parameters = self.scales.parameters.ranges().len();
+        let parameters = self.scales.parameters.count();
         let (slopes, rates) = geometry.coordinates.taylor();
         check_terms(slopes.len() - usize::from(!rates.is_empty()), parameters)?;
         if let Some(anchors) = geometry.coordinates.anchors() {

@@ -3,51 +3,33 @@
 use crate::coordinates::{
     CoordinateError, Result, ensure, require_count, require_finite, require_positive,
 };
+use crate::sample::{WIDTH, is_inside, share_of};
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Parameter, Sampling};
 use sinew_num::dot;
 
-/// One parameter's trained range.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ParameterRange {
-    /// Smallest trained value [unit of the parameter].
-    pub lower: f64,
-    /// Largest trained value [unit of the parameter].
-    pub upper: f64,
-    /// Scale on which the range is uniform.
-    pub scale: Sampling,
-}
-
-impl From<&Parameter> for ParameterRange {
-    /// The range that a parameter is sampled from, on its scale.
-    fn from(parameter: &Parameter) -> Self {
-        let [lower, upper] = parameter.range;
-        Self { lower, upper, scale: parameter.sampling }
-    }
-}
-
 /// Maps parameters θ to network inputs of zero mean and unit variance over the box of their ranges.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Vec<ParameterRange>")]
-pub struct ParameterScaling(Vec<ParameterRange>);
+#[serde(try_from = "Vec<Range>")]
+pub struct ParameterScaling(Vec<Range>);
 
-/// Relative slack within which a parameter counts as inside its range: rounding of a bound that
-/// went through a logarithm or a text file.
-const RANGE_SLACK: f64 = 1e-9;
+/// One parameter's trained range, as it is stored.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Range {
+    lower: f64,
+    upper: f64,
+    scale: Sampling,
+}
 
 impl ParameterScaling {
     /// Scaling by the ranges of the parameters, in their order in θ.
     ///
     /// # Errors
     /// An empty or not finite range, or a log scale with a bound that is not positive.
-    pub fn new(ranges: Vec<ParameterRange>) -> Result<Self> {
-        for (parameter, range) in ranges.iter().enumerate() {
-            let ParameterRange { lower, upper, .. } = *range;
-            require_finite("parameter range", &[lower, upper])?;
-            range.require_positive(parameter, lower)?;
-            ensure(lower < upper, CoordinateError::EmptyRange { parameter, lower, upper })?;
-        }
-        Ok(Self(ranges))
+    pub fn new(parameters: &[Parameter]) -> Result<Self> {
+        let range =
+            |p: &Parameter| Range { lower: p.range[0], upper: p.range[1], scale: p.sampling };
+        parameters.iter().map(range).collect::<Vec<_>>().try_into()
     }
 
     /// Every parameter on the log scale between `lower` and `upper`.
@@ -56,13 +38,13 @@ impl ParameterScaling {
     /// As [`ParameterScaling::new`].
     pub fn logarithmic(lower: &[f64], upper: &[f64]) -> Result<Self> {
         require_count("upper bounds of the parameters", upper.len(), lower.len())?;
-        let range = |(&lower, &upper)| ParameterRange { lower, upper, scale: Sampling::Log };
-        Self::new(lower.iter().zip(upper).map(range).collect())
+        let range = |(&lower, &upper)| Range { lower, upper, scale: Sampling::Log };
+        lower.iter().zip(upper).map(range).collect::<Vec<_>>().try_into()
     }
 
-    /// The ranges, in the order of θ.
-    pub fn ranges(&self) -> &[ParameterRange] {
-        &self.0
+    /// Number of parameters.
+    pub fn count(&self) -> usize {
+        self.0.len()
     }
 
     /// Network inputs of one parameter set.
@@ -72,12 +54,11 @@ impl ParameterScaling {
     pub fn standardise(&self, theta: &[f64]) -> Result<Vec<f64>> {
         require_count("parameters", theta.len(), self.0.len())?;
         require_finite("parameters", theta)?;
-        let scaled = |(parameter, (&value, range)): (usize, (&f64, &ParameterRange))| {
+        let input = |(parameter, (&value, range)): (usize, (&f64, &Range))| {
             range.require_positive(parameter, value)?;
-            let (centre, deviation) = range.centre_and_deviation();
-            Ok((range.scaled(value) - centre) / deviation)
+            Ok(WIDTH * (share_of(&range.parameter(), value) - 0.5))
         };
-        theta.iter().zip(&self.0).enumerate().map(scaled).collect()
+        theta.iter().zip(&self.0).enumerate().map(input).collect()
     }
 
     /// The parameters of some network inputs.
@@ -86,15 +67,8 @@ impl ParameterScaling {
     /// A wrong number of inputs.
     pub fn unstandardise(&self, inputs: &[f64]) -> Result<Vec<f64>> {
         require_count("standardised parameters", inputs.len(), self.0.len())?;
-        let value = |(input, range): (&f64, &ParameterRange)| {
-            let (centre, deviation) = range.centre_and_deviation();
-            let scaled = centre + deviation * input;
-            match range.scale {
-                Sampling::Linear => scaled,
-                Sampling::Log => scaled.exp(),
-            }
-        };
-        Ok(inputs.iter().zip(&self.0).map(value).collect())
+        let pairs = inputs.iter().zip(&self.0);
+        Ok(pairs.map(|(input, range)| range.parameter().at_share(0.5 + input / WIDTH)).collect())
     }
 
     /// Requires that the parameters of a sample lie in their ranges.
@@ -104,59 +78,47 @@ impl ParameterScaling {
     pub fn require_inside(&self, sample: usize, theta: &[f64]) -> Result<()> {
         self.standardise(theta)?;
         for (parameter, (&value, range)) in theta.iter().zip(&self.0).enumerate() {
-            let ParameterRange { lower, upper, .. } = *range;
+            let Range { lower, upper, .. } = *range;
             let error = CoordinateError::OutsideRange { sample, parameter, value, lower, upper };
-            ensure(range.contains(value), error)?;
+            ensure(is_inside(&range.parameter(), value), error)?;
         }
         Ok(())
     }
 
     /// Derivative of every network input with respect to its parameter, at `theta`.
     pub fn slopes(&self, theta: &[f64]) -> Vec<f64> {
-        let slope = |(&value, range): (&f64, &ParameterRange)| {
-            let deviation = range.centre_and_deviation().1;
-            match range.scale {
-                Sampling::Linear => 1.0 / deviation,
-                Sampling::Log => 1.0 / (value * deviation),
-            }
+        let slope = |(value, &Range { lower, upper, scale }): (&f64, &Range)| match scale {
+            Sampling::Linear => WIDTH / (upper - lower),
+            Sampling::Log => WIDTH / (value * (upper / lower).ln()),
         };
         theta.iter().zip(&self.0).map(slope).collect()
     }
 }
 
-impl TryFrom<Vec<ParameterRange>> for ParameterScaling {
+impl TryFrom<Vec<Range>> for ParameterScaling {
     type Error = CoordinateError;
 
-    fn try_from(ranges: Vec<ParameterRange>) -> Result<Self> {
-        Self::new(ranges)
+    fn try_from(ranges: Vec<Range>) -> Result<Self> {
+        for (parameter, range) in ranges.iter().enumerate() {
+            let Range { lower, upper, .. } = *range;
+            require_finite("parameter range", &[lower, upper])?;
+            range.require_positive(parameter, lower)?;
+            ensure(lower < upper, CoordinateError::EmptyRange { parameter, lower, upper })?;
+        }
+        Ok(Self(ranges))
     }
 }
 
-impl ParameterRange {
-    /// Whether a value is inside, but for rounding.
-    pub(crate) fn contains(&self, value: f64) -> bool {
-        let [value, lower, upper] = [value, self.lower, self.upper].map(|x| self.scaled(x));
-        let slack = RANGE_SLACK * (upper - lower);
-        (lower - slack..=upper + slack).contains(&value)
+impl Range {
+    fn parameter(self) -> Parameter {
+        let Self { lower, upper, scale: sampling } = self;
+        Parameter { sampling, ..Parameter::linear("", "", lower..=upper) }
     }
 
     /// Requires a value that its scale has a place for.
     fn require_positive(&self, parameter: usize, value: f64) -> Result<()> {
         let has_place = self.scale == Sampling::Linear || value > 0.0;
         ensure(has_place, CoordinateError::LogOfNonPositive { parameter, value })
-    }
-
-    fn scaled(&self, value: f64) -> f64 {
-        match self.scale {
-            Sampling::Linear => value,
-            Sampling::Log => value.ln(),
-        }
-    }
-
-    /// Mean and standard deviation of the uniform distribution over the range.
-    fn centre_and_deviation(&self) -> (f64, f64) {
-        let [lower, upper] = [self.lower, self.upper].map(|bound| self.scaled(bound));
-        (0.5 * (lower + upper), (upper - lower) / 12f64.sqrt())
     }
 }
 

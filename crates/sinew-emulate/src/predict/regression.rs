@@ -16,13 +16,12 @@ mod interpolation;
 mod matrix;
 mod process;
 
-use design::WIDTH;
 pub(crate) use design::{Groups, doubts, levels, partitions};
 pub use interpolation::Interpolation;
 pub(crate) use process::{Conditional, Step, folds, steps};
 
 use crate::error::{ensure, require_usable};
-use crate::sample::share_of;
+use crate::sample::{WIDTH, share_of};
 use crate::store::{content, read_json, read_table, write_json, write_table};
 use crate::{Error, Result};
 use interpolation::{Fitted, fit_polynomial};

@@ -1,11 +1,10 @@
 //! Coordinates of displacements: scales, supports, principal directions and the polynomials that they follow.
 
 use sinew_emulate::coordinates::{
-    CoordinateError, Coordinates, Dirichlet, OutputScale, ParameterRange, ParameterScaling,
-    PrincipalDirections,
+    CoordinateError, Coordinates, Dirichlet, OutputScale, ParameterScaling, PrincipalDirections,
 };
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Parameter, Sampling, Scene, Support};
+use sinew_energy::{Parameter, Scene, Support};
 use sinew_mesh::box_tetrahedra;
 
 #[test]
@@ -23,9 +22,9 @@ fn a_log_box_maps_to_unit_variance() {
 
 #[test]
 fn slopes_are_the_derivative() {
-    let linear = ParameterRange { lower: -1.0, upper: 3.0, scale: Sampling::Linear };
-    let log = ParameterRange { lower: 0.1, upper: 10.0, scale: Sampling::Log };
-    let scaling = ParameterScaling::new(vec![linear, log]).unwrap();
+    let parameters =
+        [Parameter::linear("a", "1", -1.0..=3.0), Parameter::log("b", "1", 0.1..=10.0)];
+    let scaling = ParameterScaling::new(&parameters).unwrap();
     let (theta, step) = ([0.4, 1.7], 1e-6);
     let slopes = scaling.slopes(&theta);
     for parameter in 0..2 {

@@ -11,7 +11,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sinew::{Body, Parameter, Sampling};
 use sinew_emulate::PodRegression;
-use sinew_emulate::coordinates::{OutputScale, ParameterRange, ParameterScaling};
+use sinew_emulate::coordinates::{OutputScale, ParameterScaling};
 use sinew_gnn::{Backend, DataSet, Geometry, GraphNetworkConfig, Sample, Scales, Surrogate};
 use sinew_graph::Topology;
 use sinew_report::{Chart, Series, Style};
@@ -196,7 +196,6 @@ impl<B: Simulated> Compared<'_, B> {
             false => p.clone(),
         };
         let ranges: Vec<_> = self.unseen[0].body().parameters.iter().map(scaled).collect();
-        let ranges: Vec<_> = ranges.iter().map(ParameterRange::from).collect();
         let sizes = GraphNetworkConfig {
             latent: variant.latent,
             steps: variant.steps,
@@ -206,7 +205,7 @@ impl<B: Simulated> Compared<'_, B> {
         };
         let fields = data.training.iter().map(|sample| &sample.displacement[..]);
         let output = OutputScale::standardising(dimensions, fields)?;
-        let scales = Scales::over(&data.geometries, ParameterScaling::new(ranges)?, output)?;
+        let scales = Scales::over(&data.geometries, ParameterScaling::new(&ranges)?, output)?;
         let device = Backend::default().device()?;
         Ok(Surrogate::new(&sizes, data, scales, self.options.seed, &device)?)
     }

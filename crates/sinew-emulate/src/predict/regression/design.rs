@@ -1,13 +1,12 @@
 //! Designs of runs: which are left out together, and what they cannot tell.
 
+use crate::sample::WIDTH;
 use nalgebra::DMatrix;
 use sinew_num::connected_components;
 
 /// Groups of runs that are left out together.
 pub(crate) type Groups = Vec<Vec<usize>>;
 
-/// Width √12 of the uniform distribution of variance one.
-pub(super) const WIDTH: f64 = 3.464_101_615_137_754_6;
 /// Distance of values of one level: rounding of a table \[standard deviations of a range\].
 const SAME_LEVEL: f64 = 1e-6;
 /// Distance of near twins over the spacing of runs that fill the box: of random runs 6 % are as near on a line, fewer in a box.
