@@ -28,10 +28,9 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
     let size = (options.seed, options.quick);
     let mut growing = Growing::new(names, size, options, |_| String::new())?;
     let mut page = options.out.join("report.html");
-    let parts: [(Part, Make); 5] = [
+    let parts: [(Part, Make); 4] = [
         (Part::Coverage, coverage::section),
         (Part::Grid, exactness::grid),
-        (Part::Grid, exactness::rival),
         (Part::Importance, exactness::importance),
         (Part::Springs, springs::section),
     ];

@@ -34,7 +34,7 @@ pub struct Options {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Part {
-    /// Two parameters against a grid of solves, also with a poor emulator, and adaptive Metropolis.
+    /// Two parameters against a grid of solves, also with a poor emulator.
     Grid,
     /// Four parameters against importance sampling.
     Importance,

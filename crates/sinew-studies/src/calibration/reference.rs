@@ -160,13 +160,13 @@ impl Reference {
 }
 
 /// Logarithm of the posterior of the solver at coordinates.
-pub(super) fn weight(problem: &Problem, model: &dyn Forward, y: &[f64]) -> Option<f64> {
+fn weight(problem: &Problem, model: &dyn Forward, y: &[f64]) -> Option<f64> {
     let seen = model.observe(&problem.theta(y), false).ok()?;
     Some(problem.log_posterior(y, &seen))
 }
 
 /// Covariance of the Laplace approximation about a mode.
-pub(super) fn covariance(mode: &Mode) -> DMatrix<f64> {
+fn covariance(mode: &Mode) -> DMatrix<f64> {
     let count = mode.information.nrows();
     let precision = &mode.information + DMatrix::identity(count, count);
     precision.try_inverse().unwrap_or_else(|| DMatrix::identity(count, count))
