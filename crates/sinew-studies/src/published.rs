@@ -1,19 +1,22 @@
-//! Figures that a source prints for a scene, held against ours.
+//! Figures that the thesis prints for a scene, held against ours.
 
+use crate::thesis::printed_median;
 use sinew::Comparison;
 use sinew_emulate::METRICS;
 use sinew_report::{Block, Level, Section};
 
-/// Median errors that a source prints for a scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Whose figures they are.
+const SOURCE: &str = "the thesis’";
+
+/// Place of a scene's figures.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Published {
-    /// Who prints them, such as `"thesis"`.
-    pub source: &'static str,
-    /// Published errors by the name of the method (empty for all), in the order of [`METRICS`], then err_V;
-    /// `None` where nothing is printed.
-    pub errors: &'static [(&'static str, [Option<f64>; 5])],
+    /// Section of a report, by which the data file of the thesis has its medians.
+    pub section: &'static str,
+    /// Method whose medians all methods are held against; without one each against its own.
+    pub method: Option<&'static str>,
     /// Mean and largest nodal displacement \[length\], as a check that the scene is the same.
-    pub displacement: Option<[f64; 2]>,
+    pub displacement: [f64; 2],
 }
 
 impl Published {
@@ -34,7 +37,7 @@ impl Published {
                     let raw = |row: &&mut sinew_report::Row| methods.contains(&&*row.method);
                     for row in table.rows.iter_mut().filter(raw) {
                         for (cell, printed) in row.errors.iter_mut().zip(self.of(&row.method)) {
-                            *cell = std::mem::take(cell).against(self.source, printed);
+                            *cell = std::mem::take(cell).against(SOURCE, printed);
                         }
                     }
                 }
@@ -57,24 +60,27 @@ impl Published {
     /// Adds the printed displacements to the own ones.
     fn beside(&self, facts: &mut [(String, String)], unit: &str) {
         let own = facts.iter_mut().find(|(name, _)| name == "displacement");
-        if let (Some((_, own)), Some([mean, largest])) = (own, self.displacement) {
-            *own += &format!(" ({} {mean} and {largest} {unit})", self.source);
+        let [mean, largest] = self.displacement;
+        if let Some((_, own)) = own {
+            *own += &format!(" ({SOURCE} {mean} and {largest} {unit})");
         }
     }
 
-    /// Published errors that a method is compared with.
+    /// Published errors that a method is compared with, in the order of [`METRICS`], then err_V; none where nothing is printed.
     fn of(&self, method: &str) -> [Option<f64>; 5] {
-        let found = self.errors.iter().find(|(name, _)| name.is_empty() || *name == method);
-        found.map_or([None; 5], |(_, errors)| *errors)
+        let method = self.method.unwrap_or(method);
+        ["err_u", "err_F", "err_I₁", "err_Π", "err_V"]
+            .map(|column| Some(printed_median([self.section, method, column])?.limit))
     }
 
     /// An error as lines, for the methods that are there.
     fn levels(&self, error: usize, upright: bool, methods: &[&str]) -> Vec<Level> {
-        let there = |name: &str| name.is_empty() || methods.contains(&name);
-        let level = |(method, errors): &(&str, [Option<f64>; 5])| {
-            let name = if method.is_empty() { self.source } else { method };
-            Some(Level { name: name.into(), value: errors[error]?, upright, published: true })
+        let count = if self.method.is_some() { 1 } else { methods.len() };
+        let level = |method: &&str| {
+            let name = if self.method.is_some() { SOURCE } else { method };
+            let value = self.of(method)[error]?;
+            Some(Level { name: name.into(), value, upright, published: true })
         };
-        self.errors.iter().filter(|(name, _)| there(name)).filter_map(level).collect()
+        methods.iter().take(count).filter_map(level).collect()
     }
 }

@@ -2,8 +2,8 @@
 
 use crate::organs::options::Options;
 use crate::organs::run::section;
-use crate::organs::scenes::{CUBES, NEWCOMERS, ORGANS, Organ, PARTS};
-use crate::organs::{cubes, newcomers, rates};
+use crate::organs::scenes::{CUBES, ORGANS, Organ, PARTS};
+use crate::organs::{cubes, newcomers};
 use crate::program::Growing;
 use anyhow::{Context, Result};
 use std::path::PathBuf;
@@ -31,8 +31,7 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
     for part in PARTS.iter().filter(|part| options.wants(part.key)) {
         let section = match part.key {
             CUBES => cubes::section(options),
-            NEWCOMERS => newcomers::section(options),
-            _ => rates::section(options),
+            _ => newcomers::section(options),
         };
         let section = section.with_context(|| format!("scene {}", part.key))?;
         page = Some(growing.add(section, &options.out)?);

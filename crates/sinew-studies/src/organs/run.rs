@@ -3,7 +3,6 @@
 use crate::organs::options::Options;
 use crate::organs::scenes::Organ;
 use crate::program;
-use crate::published::Published;
 use anyhow::{Context, Result};
 use sinew::case::{RecipeName, Training};
 use sinew::{Body, Case, Comparison, Emulator, Recipe, TestSet, TrainingOptions};
@@ -72,8 +71,10 @@ pub(crate) fn section(options: &Options, organ: &Organ) -> Result<Option<Section
         measure(options, organ, &case.body()?, &folder)
     })?;
     println!("{comparison}");
-    let thesis = if own { organ.thesis } else { Published::default() };
-    let mut section = thesis.section(&comparison, organ.key, &title)?;
+    let mut section = match organ.thesis.filter(|_| own) {
+        Some(thesis) => thesis.section(&comparison, organ.key, &title)?,
+        None => comparison.section(organ.key, &title)?,
+    };
     section.blocks.insert(0, Block::Text(format!("{}. {}", case.about, organ.note)));
     Ok(Some(section))
 }

@@ -13,17 +13,13 @@ fn options(arguments: &[&str], out: &std::path::Path) -> Options {
 #[test]
 fn a_quick_run_reports_every_scene_and_is_resumed() {
     let folder = tempfile::tempdir().unwrap();
-    let only =
-        "twisting-cube,liver,ventricle,ventricle-thesis,cube-meshes,new-ventricle,learning-rates";
+    let only = "twisting-cube,liver,ventricle,ventricle-thesis,cube-meshes,new-ventricle";
     let page =
         sinew_studies::organs::reproduce::reproduce(&options(&["--only", only], folder.path()))
             .unwrap();
     let report = Report::read(&folder.path().join("report.json")).unwrap();
     let names: Vec<_> = report.sections.iter().map(|section| section.name.as_str()).collect();
-    assert_eq!(
-        names,
-        ["twisting-cube", "ventricle", "cube-meshes", "new-ventricle", "learning-rates"]
-    );
+    assert_eq!(names, ["twisting-cube", "ventricle", "cube-meshes", "new-ventricle"]);
     for left_out in ["LeftVentricleThesis was not run", "Liver was not run"] {
         assert!(report.notes.iter().any(|note| note.contains(left_out)), "{:?}", report.notes);
     }
@@ -51,8 +47,6 @@ fn a_quick_run_reports_every_scene_and_is_resumed() {
     let table = crate::section(&report, "cube-meshes").tables().next().unwrap();
     let networks: Vec<_> = table.rows.iter().map(|row| row.method.as_str()).collect();
     assert_eq!(networks, ["from scratch", "pre-trained", "fine-tuned", "from scratch"]);
-    let rates = crate::section(&report, "learning-rates").tables().next().unwrap();
-    assert_eq!(rates.rows.len(), 7, "four rates of the thesis and three of ours");
 
     // Nothing is done twice.
     let before =
