@@ -108,7 +108,6 @@
 //!
 //! ```math
 //! \mathcal L_{\text{data}} = \operatorname{mean}_i \|u_i - \hat u_i\|, \quad
-//! \mathcal L_K = \sqrt{(u-\hat u)^{\mathsf T} K (u-\hat u)}, \quad
 //! \mathcal L_\Pi = \Pi(\hat u;\theta)
 //! ```
 //!

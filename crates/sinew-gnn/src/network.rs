@@ -1,16 +1,7 @@
 //! Training one network, with progress, curves and resumption.
 //!
-//! Coordinates of the displacement in which networks are trained: the one place where they are chosen.
-//!
-//! Stretching a slender body costs about a million times the energy of bending it. An emulator trained on the energy in
-//! plain displacements learns bending last, although bending makes most of the displacement. In [rigid motions](Motions) of
-//! nested clusters, each scaled by its own energy, the Hessian of the energy is well conditioned, also when the body
-//! rotates. All motions are then learned at one pace, in memory and time proportional to the body. Motions about rest need
-//! one training only. Motions about one solution at the centre of the parameter range, predicted by a short first training
-//! or simulated, leave less than half of the error.
-//!
-//! Training on simulations needs no stiffness. Simulations differ in few directions, and outputs in these directions have
-//! the strains of simulations.
+//! Coordinates of the displacement in which networks are trained are chosen here. In [rigid motions](Motions) of nested clusters, each scaled
+//! by its own energy, the Hessian of the energy is well conditioned (docs/design.md): plain displacements learn bending last.
 
 mod course;
 

@@ -15,7 +15,6 @@ use options::{Options, Part};
 use sinew_report::Section;
 use std::path::PathBuf;
 
-/// Makes a section of the report.
 type Make = fn(&Options) -> Result<Section>;
 
 /// Runs all parts that are asked for and writes the report, anew after each; the path of `report.html`.

@@ -7,7 +7,6 @@ use sinew_gnn::Recipe;
 use sinew_gnn::recipe::{DataDriven, PhysicsInformed, Regression};
 use std::path::Path;
 
-/// Numbers of simulations.
 pub(crate) struct Samples {
     /// Latin hypercube for training.
     pub training: usize,
@@ -42,9 +41,7 @@ pub(crate) fn recipes(options: &BeamOptions) -> Vec<(&'static str, Recipe)> {
     options.method.iter().map(recipe).chain([("pod", pod.into())]).collect()
 }
 
-/// Training options of one recipe in a run.
 pub(crate) fn training(options: &BeamOptions, recipe: &Recipe, folder: &Path) -> TrainingOptions {
-    /// Steps of a quick check.
     const QUICK_STEPS: usize = 20;
     let training = program::training(options.quick, options.seed, folder, options.resume);
     let is_network = matches!(recipe, Recipe::DataDriven(_) | Recipe::PhysicsInformed(_));

@@ -16,7 +16,6 @@ pub struct Beam {
     pub name: &'static str,
     /// Name of the built-in scene.
     pub scene: &'static str,
-    /// Medians that the thesis prints.
     pub(crate) thesis: Published,
 }
 
@@ -63,7 +62,6 @@ pub fn lines(
     Ok(text)
 }
 
-/// Result of the comparison.
 pub(crate) struct Found {
     /// Rows `fem_cold` and `fem_warm`.
     pub table: Table,

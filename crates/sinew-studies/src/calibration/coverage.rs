@@ -12,7 +12,6 @@ use sinew_calibrate::{Correction, Forward, Patient, Posterior, Solves, calibrate
 use sinew_report::{Block, Chart, Section, Series, Style};
 use sinew_sample::{quantile, split_seed};
 
-/// Patients of a quick check.
 const QUICK_PATIENTS: usize = 3;
 /// Draws of each patient's posterior.
 const DRAWS: usize = 240;
@@ -129,7 +128,6 @@ pub(super) fn held(ranks: &[f64], level: f64) -> f64 {
     inside.count() as f64 / ranks.len() as f64
 }
 
-/// Number of an outcome.
 type Number = fn(&Outcome) -> f64;
 
 fn written(outcomes: &[Outcome], refused: Vec<String>, title: String) -> Section {

@@ -15,7 +15,6 @@ use sinew_sample::{Summary, psis, quantile};
 /// pericardium for cardiac biomechanics" (Biomechanics and Modeling in Mechanobiology, 2019).
 const STIFFNESS: [f64; 2] = [0.0, 0.2];
 const SPRINGS: [&str; 2] = ["without", "with"];
-/// Patients of each pair in a quick check.
 const QUICK_PATIENTS: usize = 1;
 /// Share of the patients of the coverage study in each pair.
 const PAIRS: usize = 4;
@@ -83,7 +82,6 @@ pub(super) fn section(options: &Options) -> Result<Section> {
     Ok(written(&outcomes, patients))
 }
 
-/// The outcome of one patient by one model.
 fn one(
     options: &Options,
     patient: &Synthetic,

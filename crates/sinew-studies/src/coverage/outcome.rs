@@ -121,7 +121,6 @@ impl Outcome {
         self.ratios.iter().copied().fold(0.0, f64::max)
     }
 
-    /// Adds the counts of another.
     pub(super) fn add(&mut self, other: &Self) {
         self.cases += other.cases;
         self.solved += other.solved;

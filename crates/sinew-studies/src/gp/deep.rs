@@ -11,7 +11,6 @@ const FIRST_BIAS: usize = WIDTH;
 const MATRIX: usize = 2 * WIDTH;
 const SECOND_BIAS: usize = MATRIX + WIDTH * WIDTH;
 const OUTPUT: usize = SECOND_BIAS + WIDTH;
-/// Number of weights.
 pub(crate) const WEIGHTS: usize = OUTPUT + WIDTH + 1;
 /// The input x in [0, 1] enters as 2x − 1.
 const STRETCH: f64 = 2.0;

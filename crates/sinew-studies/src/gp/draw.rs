@@ -8,7 +8,6 @@ use sinew_report::{Chart, Distribution, Figure, Level, Series, Style};
 
 /// Half-width of a 95 % band in standard deviations.
 const BAND: f64 = 1.959_964;
-/// Points of a curve.
 const CURVE_POINTS: usize = 101;
 /// Points of a curve in a check.
 const FEW_POINTS: usize = 11;

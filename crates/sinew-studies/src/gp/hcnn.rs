@@ -169,7 +169,6 @@ impl Network {
         residual.norm_squared()
     }
 
-    /// u at points.
     pub(crate) fn values(&self, points: &[[f64; 1]]) -> Vec<f64> {
         let mut unused = vec![0.0; self.weights.len()];
         points.iter().map(|[x]| self.derivative(*x, 0, 1.0, &mut unused)).collect()

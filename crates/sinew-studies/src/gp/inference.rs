@@ -123,7 +123,6 @@ pub(crate) enum Approach {
 }
 
 impl Approach {
-    /// Name in tables.
     pub(crate) fn method(self) -> Method {
         match self {
             Self::Constrained => Method::Hcgp,
@@ -133,7 +132,6 @@ impl Approach {
     }
 }
 
-/// Drawing of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Drawings {
     None,
@@ -193,12 +191,10 @@ impl<const D: usize> Inference<D> {
         Self { restarts: self.scale.pick(10, 2), drawings: Drawings::PosteriorAndTraces, ..self }
     }
 
-    /// Inference without drawings.
     pub(crate) fn undrawn(self) -> Self {
         Self { drawings: Drawings::None, ..self }
     }
 
-    /// The case of this inference.
     pub(crate) fn case(self) -> Case {
         let setting = self.setting.clone();
         Case::new(setting.named(), self.approach.method(), move |task| self.run(task))

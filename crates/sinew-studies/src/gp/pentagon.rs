@@ -83,7 +83,6 @@ impl Pentagon {
         solution
     }
 
-    /// u at a point of the pentagon.
     pub(crate) fn value(&self, [x, y]: [f64; 2]) -> f64 {
         let harmonic: f64 =
             harmonics([x, y]).iter().zip(self.coefficients.iter()).map(|(h, c)| h * c).sum();

@@ -23,7 +23,6 @@ pub enum Method {
 }
 
 impl Method {
-    /// Name in tables.
     pub(crate) fn label(self) -> &'static str {
         let (strong, energy) = ("PINN, strong form", "PINN, energy form");
         ["HCGP", "PCGP", "UCGP", "HCNN", strong, energy, "noise floor"][self as usize]

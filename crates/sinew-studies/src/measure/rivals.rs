@@ -214,7 +214,6 @@ fn rival(arguments: &Arguments, program: Program, folder: &Path) -> Result<Outco
     serde_json::from_str(&said).with_context(|| format!("{} said: {said}", program.title()))
 }
 
-/// Last line that a program prints.
 fn last_line(command: &mut Command) -> Result<String> {
     let name = command.get_program().to_owned();
     command.env("RAYON_NUM_THREADS", "1").stderr(Stdio::piped());

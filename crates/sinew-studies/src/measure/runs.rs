@@ -106,7 +106,6 @@ fn in_words(tested: &[Tested]) -> String {
     )
 }
 
-/// Six smooth functions of four parameters.
 fn functions() -> Result<Runs> {
     let names = ["a", "b", "c", "d"];
     let parameters = names.map(|name| Parameter::linear(name, "1", 0.5..=2.0));

@@ -14,7 +14,6 @@ use sinew_mesh::{AnyMesh, Field};
 use sinew_report::{Block, Section};
 use std::path::Path;
 
-/// Cases that errors are measured on.
 const CASES: usize = 50;
 
 /// Trains the emulator of the ventricle unless it is there, and takes it to every shape.

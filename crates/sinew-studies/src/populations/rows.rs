@@ -35,7 +35,6 @@ impl Measured {
         Ok(Distribution::of(self.errors.clone()).context("no node was tested")?.q50)
     }
 
-    /// Tells the terminal.
     pub(super) fn tell(&self) -> Result<()> {
         let volume = Distribution::of(self.volumes.clone());
         let volume = volume.map_or(String::new(), |v| format!(", volume {:.2} %", 100.0 * v.q50));

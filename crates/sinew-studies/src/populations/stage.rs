@@ -13,7 +13,6 @@ use sinew_emulate::Design;
 use sinew_mesh::{AnyMesh, Field, VentricleShape};
 use std::path::Path;
 
-/// A population of bodies.
 #[derive(Clone, Debug)]
 pub(super) struct Stage {
     /// Description.
@@ -67,7 +66,6 @@ impl Individual {
 pub(super) const RECTANGLES: &str = "rectangles";
 pub(super) const INFLATED: &str = "inflated";
 pub(super) const SPEED: &str = "speed";
-/// Names of the stages.
 pub(super) const KEYS: [&str; 4] = ["rings", "beams", "ventricles", "infarcts"];
 
 impl Stage {
@@ -256,7 +254,6 @@ struct Scar {
     factor: f64,
 }
 
-/// A body with scars.
 fn scarred(body: Body, scars: &[Scar]) -> Result<Body> {
     Ok(scars.iter().try_fold(body, |body, scar| {
         let factors = scar.factors(&body);

@@ -149,7 +149,6 @@ fn in_unit(table: &Table, cell: &Cell, run: &Stored, found: Found) -> Option<Fou
     Some(Found { value, ..found })
 }
 
-/// Seconds in a unit of time.
 fn seconds(unit: &str) -> f64 {
     match unit {
         "ms" => 1e-3,

@@ -72,7 +72,6 @@ impl Named<'_> {
     }
 }
 
-/// Name and statistic of a column.
 fn split(column: &str) -> (&str, &str) {
     column.strip_suffix(" max").map_or((column, "q50"), |name| (name, "q100"))
 }
@@ -179,7 +178,6 @@ fn side_by_side(rows: &[Named], methods: &[&str], column: &str, head: &str) -> S
     text
 }
 
-/// Command, cost, machine and date of a run.
 fn source(run: &str, Stored { command, cpu_s, report }: &Stored) -> String {
     let from = &report.provenance;
     let cost = cpu_s.map_or(String::new(), |s| format!(", {} CPU min", plain(s / 60.0, 2)));

@@ -46,7 +46,6 @@ pub(super) fn chapter_name(chapter: &str) -> String {
     format!("{name} {chapter}")
 }
 
-/// Commands and costs.
 fn runs(runs: &Runs) -> String {
     let mut text = "\n## Runs\n\n| run | command | CPU min | seed | finished | revision |\n|---|---|---|---|---|---|\n".to_string();
     let mut machines = BTreeSet::new();
@@ -81,7 +80,6 @@ fn runs(runs: &Runs) -> String {
     text
 }
 
-/// One table of the thesis.
 fn table(table: &Table, cells: &[Compared], runs: &Runs) -> String {
     let dirty = runs.get(&table.run).is_some_and(Stored::is_uncommitted);
     let tree = if dirty { ", of an uncommitted tree" } else { "" };
@@ -111,7 +109,6 @@ fn table(table: &Table, cells: &[Compared], runs: &Runs) -> String {
     text
 }
 
-/// Value, ratio and cost.
 fn columns(ours: &Ours, digits: usize) -> String {
     let Some(found) = &ours.found else { return format!("{} | | ", ours.standing.name()) };
     let mark = match ours.standing {
@@ -199,7 +196,6 @@ pub(super) fn in_short(found: &Tables, runs: &Runs) -> String {
     text + &summary(found)
 }
 
-/// Number of figures.
 fn count(found: &Tables, wanted: impl Fn(&Table, &Compared) -> bool) -> usize {
     let of = |(table, cells): &(&Table, Vec<Compared>)| {
         cells.iter().filter(|cell| wanted(table, cell)).count()

@@ -36,7 +36,6 @@ pub struct Options {
     pub out: PathBuf,
 }
 
-/// Names that a choice may have.
 fn keys() -> Vec<&'static str> {
     let chapters = thesis().table.iter().map(|table| &*table.chapter);
     let mut keys: Vec<_> = chapters.chain(thesis().run.iter().map(|run| &*run.name)).collect();
@@ -103,7 +102,6 @@ fn write(page_file: &Path, runs: &Runs) -> Result<()> {
     Ok(store::write_bytes(&page_file.with_extension("svg"), picture(runs)?.as_bytes())?)
 }
 
-/// Fills the tables of the other pages.
 fn fill_pages(runs: &Runs) -> Result<()> {
     for name in PAGES {
         let file = documents().join(name);

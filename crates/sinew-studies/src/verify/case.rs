@@ -57,16 +57,8 @@ impl Formulation {
     pub(crate) const ALL: [Self; 6] =
         [Self::P1, Self::P2, Self::Mixed, Self::FBar, Self::Q1, Self::Q1FBar];
 
-    /// Name in tables and legends.
     pub(crate) const fn label(self) -> &'static str {
-        match self {
-            Self::P1 => "P1",
-            Self::P2 => "P2",
-            Self::Mixed => "P2–P1",
-            Self::FBar => "F-bar",
-            Self::Q1 => "Q1",
-            Self::Q1FBar => "Q1 F-bar",
-        }
+        ["P1", "P2", "P2–P1", "F-bar", "Q1", "Q1 F-bar"][self as usize]
     }
 }
 
@@ -138,7 +130,6 @@ pub struct Cost {
 }
 
 impl Cost {
-    /// The time since `start`.
     pub(crate) fn since(start: Instant, unknowns: usize) -> Self {
         Self { unknowns, seconds: start.elapsed().as_secs_f64() }
     }

@@ -207,7 +207,6 @@ pub(crate) fn error(value: f64, measure: Measure) -> String {
     }
 }
 
-/// Band of the error.
 pub(crate) fn band(row: &Row) -> String {
     let most = error(row.band.most, row.measure);
     if row.band.least == 0.0 {

@@ -240,7 +240,6 @@ impl Loss {
     }
 }
 
-/// Both forms.
 pub(super) fn pinn(scale: Scale) -> Experiment {
     let cases = [
         (Method::StrongForm, format!("{STRONG_POINTS} collocation points")),

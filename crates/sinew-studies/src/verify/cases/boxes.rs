@@ -6,12 +6,10 @@ use sinew_mesh::{AnyMesh, box_hexahedra, box_tetrahedra};
 /// Grids of boxes with the bands of an element on them.
 pub(super) type Boxes = [([usize; 3], Band)];
 
-/// Name of a grid in a report.
 pub(super) fn boxes([x, y, z]: [usize; 3]) -> String {
     format!("{x}×{y}×{z} boxes")
 }
 
-/// A box in the elements of a formulation.
 pub(super) fn box_mesh(size: [f64; 3], cells: [usize; 3], formulation: Formulation) -> AnyMesh {
     match formulation {
         Formulation::P1 | Formulation::FBar => box_tetrahedra(size, cells).into(),

@@ -35,7 +35,6 @@ fn surfaces(
 /// Planes of symmetry of an octant.
 const OCTANT: [(&str, usize); 3] = [("x_min", 0), ("y_min", 1), ("z_min", 2)];
 
-/// A mesh of an octant in words.
 fn octant([layers, across]: [usize; 2]) -> String {
     format!("{layers} layers, {across}² × 3 cells")
 }

@@ -141,7 +141,6 @@ fn compare(rows: &mut Rows, formulation: Formulation, state: &State<'_>) -> Resu
 
 /// Normal of the sliding planes, direction of sliding, name.
 const PLANES: [(usize, usize, &str); 3] = [(0, 1, "fs"), (1, 0, "sf"), (1, 2, "sn")];
-/// Amounts of shear.
 const AMOUNTS: [f64; 3] = [0.3, 0.1, 0.5];
 
 /// Shear stress by normal, direction and amount.
