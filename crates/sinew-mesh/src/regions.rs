@@ -66,7 +66,7 @@ impl<const N: usize> Mesh<N> {
             kept.extend(cells.ok_or_else(|| self.unknown_cells(name.as_ref()))?);
         }
         if kept.is_empty() {
-            return Err(Refusal::no_cells(Self::ELEMENT));
+            return Err(Refusal("no cells would stay; name some, or leave it out".into()));
         }
         let cells = self.cell_list();
         let going = cells.by_key(|facet| !kept.contains(&facet.cell));

@@ -38,7 +38,7 @@ use sinew_energy::laws::NamedLaw;
 use sinew_energy::{Body, Magnitude, Scene, SceneError};
 use sinew_mesh::AnyMesh;
 use source::Source;
-pub use source::{CaseError, Exactly};
+pub use source::{CaseError, Exactly, parse_tables};
 pub(crate) use source::{Result, advise, cell_name};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

@@ -116,6 +116,10 @@ impl Runs {
         let array = |name| npz::read(path, name).map_err(|error| at(path, error.to_string()));
         let ((of_theta, theta), (of_fields, fields)) = (array("theta")?, array("displacements")?);
         let (read, report) = sinew_mesh::read(mesh).map_err(|error| at(mesh, error.to_string()))?;
+        if report.in_micrometres {
+            let reason = "CARP files are in µm and are read in mm, and displacements are in the unit of the mesh: write it as VTU in their unit";
+            return Err(at(mesh, reason.into()));
+        }
         let points = read.points().len();
         let count = of_theta.last().copied().unwrap_or_default();
         if of_theta.len() != 2 || count == 0 || of_fields != [of_theta[0], points, 3] {

@@ -40,7 +40,9 @@ pub fn range_in_words(parameter: &Parameter) -> String {
 }
 
 fn range(parameter: &Parameter) -> String {
-    let [low, high] = parameter.range.map(|end| trimmed(parameter.unit.shown(end), 6));
+    let ends = |digits| parameter.range.map(|end| trimmed(parameter.unit.shown(end), digits));
+    // Ends of a narrow range are told apart.
+    let [low, high] = if ends(6)[0] == ends(6)[1] { ends(12) } else { ends(6) };
     format!("from {low} to {high}{}", parameter.unit.suffix())
 }
 

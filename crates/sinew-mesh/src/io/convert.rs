@@ -227,21 +227,11 @@ fn refused_cell(element: &Element, cell: usize, kind: u8) -> Refusal {
     let quadratic = element.is_quadratic();
     let split = "split such cells into simplices, for example with VTK's \"Triangulate\"";
     let advice = match kind {
-        10 if element.vtk_type == 5 => {
-            "read the file as a tetrahedral mesh and extract its surface"
-        }
+        10 if element.vtk_type == 5 => "extract the surface of the tetrahedra",
         5 | 10 if quadratic => {
             "export cells of one order; read linear ones as such and make it quadratic (formulation = \"quadratic\")"
         }
-        22 | 24 if !quadratic => {
-            "read the file with `read_mesh` as a mesh of quadratic cells, or export it with linear \
-             (first-order) elements"
-        }
         21..=29 | 68..=72 => "export the mesh with linear (first-order) elements",
-        12 => {
-            "read a file of hexahedra with `read_mesh` as a HexMesh, or split such cells into \
-             simplices, for example with VTK's \"Triangulate\""
-        }
         6..=9 | 11..=14 => split,
         _ => "export only the cells of one kind",
     };

@@ -83,7 +83,7 @@ impl Refusal {
     }
 
     /// A mesh without cells.
-    pub(crate) fn no_cells(wanted: &Element) -> Self {
+    pub(super) fn no_cells(wanted: &Element) -> Self {
         Self(format!("the mesh has no {}; export the file with its cells", wanted.plural))
     }
 

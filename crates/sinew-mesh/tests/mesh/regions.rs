@@ -109,7 +109,7 @@ fn names_that_mean_nothing_are_refused_with_those_that_there_are() {
     assert_eq!(bar.keep(&["region:9"]).unwrap_err().to_string(), unknown("region:9"));
     let between = bar.select("x", &Selection::between("region:1", "LV"));
     assert_eq!(between.unwrap_err().to_string(), unknown("LV"));
-    assert!(bar.keep::<&str>(&[]).unwrap_err().to_string().contains("no tetrahedra"));
+    assert!(bar.keep::<&str>(&[]).unwrap_err().to_string().contains("no cells would stay"));
     assert_eq!(bar.names_of_cells(), known);
     // A bare label needs one field, or one called `region`; numbers of cells are no labels worth listing.
     let cells = bar.cells.len() as i64;

@@ -25,7 +25,8 @@ pub fn setting_in_words(prepared: &Prepared) -> Vec<String> {
         lines.push(format!("phase {phase}: {}", said.collect::<Vec<_>>().join(", ")));
     }
     if let Some(segments) = &prepared.segments {
-        lines.push(format!("segments: {}", segments.names().join(", ")));
+        let names = segments.names().join(", ");
+        lines.push(format!("segments: {names}; strains are ½ (λ² − 1) of lines of stretch λ"));
     }
     for unknown in &prepared.problem.unknowns {
         let [low, high] = unknown.prior.range().map(|end| trimmed(unknown.shown(end), 4));

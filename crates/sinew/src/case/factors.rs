@@ -131,15 +131,11 @@ impl Case {
         };
         let stiffness = of(STIFFNESS, true, self.stiffness.as_ref())?;
         let tension = of(ACTIVE, false, self.of_tension())?;
-        let tension = match (self.active.is_some(), &stiffness, tension) {
-            (false, _, _) | (true, None, None) => None,
-            (true, None, Some(tension)) => Some(tension),
-            // The stiffness multiplies the whole energy, so the tension is divided by it.
-            (true, Some(stiffness), tension) => {
-                let tension = tension.unwrap_or_else(|| vec![1.0; stiffness.len()]);
-                Some(tension.iter().zip(stiffness).map(|(c, f)| c / f).collect())
-            }
-        };
+        // The stiffness multiplies the whole energy, so the tension is divided by it.
+        let divisors = stiffness.as_ref().filter(|_| self.active.is_some());
+        let mut tension = tension.or_else(|| Some(vec![1.0; divisors?.len()]));
+        let factors = tension.iter_mut().flatten();
+        factors.zip(divisors.into_iter().flatten()).for_each(|(c, f)| *c /= f);
         let body = match tension {
             Some(tension) => body.with_parameter_field(TENSION, &tension),
             None => Ok(body),

@@ -1,6 +1,7 @@
 //! Directions of fibres.
 
 use super::fibre_rule::{EllipsoidRule, FibreRule};
+use super::sanity::size;
 use super::source::{Exactly, Result, Source, advise};
 use nalgebra::Vector3;
 use serde::Deserialize;
@@ -115,8 +116,8 @@ impl Fibres {
             format!("the cells of {} have other nodes than those of the body", file.display())
         })?;
         for name in self.fields() {
-            let missing = |_| format!("{} has no field `{name}`", file.display());
-            let (field, of_cells) = field_of(&other, name).map_err(missing)?;
+            let of_file = |reason| format!("{}: {reason}", file.display());
+            let (field, of_cells) = field_of(&other, name).map_err(of_file)?;
             let field = if of_cells { field.select(&rows) } else { field.clone() };
             put(mesh, name, field, of_cells);
         }
@@ -146,9 +147,6 @@ impl Fibres {
     /// Nodes are aligned here, but an average taken elsewhere without alignment is wrong.
     fn mixed_signs(&self, body: &Body) -> Option<String> {
         let name = self.field.as_ref()?;
-        if body.mesh.cell_fields().contains_key(name) {
-            return None;
-        }
         let directions = body.mesh.point_fields().get(name)?.to_vectors::<3>()?;
         let mixed = cells_of_mixed_signs(body.cell_nodes(), &directions);
         (mixed > 0).then(|| {
@@ -184,7 +182,7 @@ fn same_cells(mesh: &AnyMesh, other: &AnyMesh) -> Option<Vec<usize>> {
 /// Points from the corner of their box, relative to its longest edge.
 fn relative(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let least = [0, 1, 2].map(|i| points.iter().map(|x| x[i]).fold(f64::INFINITY, f64::min));
-    let size = sinew_mesh::extents(points).into_iter().fold(0.0, f64::max);
+    let size = size(points);
     points.iter().map(|x| [0, 1, 2].map(|i| (x[i] - least[i]) / size)).collect()
 }
 
@@ -198,8 +196,13 @@ pub(super) fn write(rows: &[[[f64; 3]; 3]], mesh: &mut AnyMesh) {
 
 /// A field of the mesh, and whether it is one of cells.
 pub(super) fn field_of<'m>(mesh: &'m AnyMesh, name: &str) -> Result<(&'m Field, bool), String> {
-    let of_cells = mesh.cell_fields().get(name);
-    let field = of_cells.or_else(|| mesh.point_fields().get(name)).ok_or_else(|| {
+    let (of_cells, of_nodes) = (mesh.cell_fields().get(name), mesh.point_fields().get(name));
+    if of_cells.and(of_nodes).is_some() {
+        return Err(format!(
+            "the mesh has a field `{name}` of cells and one of nodes; rename or remove one of them in its file"
+        ));
+    }
+    let field = of_cells.or(of_nodes).ok_or_else(|| {
         let known = mesh.cell_fields().keys().chain(mesh.point_fields().keys());
         let advice = advise(name, known.map(String::as_str), "fields of the mesh");
         format!("the mesh has no field `{name}`{advice}")

@@ -28,8 +28,8 @@ pub struct MeshSource {
     pub element: Option<Element>,
     /// Unit of length of the numbers above and in the file; mm by default, µm of CARP files.
     pub unit: Option<String>,
-    /// Sets and labels of the cells that are not cut away; all if none is named.
-    pub keep: Vec<toml::Value>,
+    /// Sets and labels of the cells that are not cut away.
+    pub keep: Option<Vec<toml::Value>>,
     /// Whether nodes at the same place in the file become one.
     pub merge: bool,
     /// Changes of the file's mesh by its reader, once a body was made of it.
@@ -129,15 +129,10 @@ impl MeshSource {
         let rim = mesh.boundary_facets().len();
         let advice = if x.min(y) <= SURFACE_HEIGHT * z {
             "a plane body lies in x–y; turn this one there in the program that made it".to_string()
-        } else if rim == 0 {
-            "fill it with tetrahedra first, for example by gmsh, TetGen or fTetWild. The wall of a ventricle is filled between \
-             its surfaces by `sinew mesh ventricle`"
-                .to_string()
         } else {
             format!(
-                "fill it with tetrahedra first. It is open ({rim} edges of its rim): between the surfaces of a ventricle \
-                 `sinew mesh ventricle` fills the wall; others must be closed first, and are then filled for example by gmsh, \
-                 TetGen or fTetWild"
+                "fill it with tetrahedra first: between the surfaces of a ventricle by `sinew mesh ventricle`, others, which must be \
+                 closed ({rim} edges of its rim are open), for example by gmsh, TetGen or fTetWild"
             )
         };
         let (file, count) = (file.display(), mesh.cell_count());
@@ -173,8 +168,8 @@ impl MeshSource {
         if scale != 1.0 {
             mesh.map_points(|x| x.map(|x| scale * x));
         }
-        if !self.keep.is_empty() {
-            let names: Vec<String> = self.keep.iter().map(cell_name).collect();
+        if let Some(keep) = &self.keep {
+            let names: Vec<String> = keep.iter().map(cell_name).collect();
             let all = mesh.cell_count();
             mesh.keep(&names).map_err(|why| source.error(&["mesh", "keep"], why.to_string()))?;
             let gone = all - mesh.cell_count();
@@ -227,7 +222,7 @@ impl BoxMesh {
         source.refuse_if(cells.contains(&0), &["mesh", "box", "cells"], || {
             format!("[{}] leaves no cell along an edge; give at least 1 each", listed(&cells))
         })?;
-        few_enough(cells).map_err(|reason| source.error(&["mesh", "box", "cells"], reason))?;
+        few_enough(cells, &["mesh", "box", "cells"], source)?;
         Ok(match element {
             Element::Tetrahedra => box_tetrahedra(extent, cells).into(),
             Element::Hexahedra => box_hexahedra(extent, cells).into(),
@@ -257,7 +252,7 @@ impl EllipsoidMesh {
         }
         let reason = || format!("the plane z = {base} cuts no ellipsoid of semi-axis {}", long[0]);
         source.refuse_if(base.is_nan() || base.abs() >= long[0], &at("base"), reason)?;
-        few_enough(cells).map_err(|reason| source.error(&at("cells"), reason))?;
+        few_enough(cells, &at("cells"), source)?;
         let [_, around, along] = cells;
         let wrong = cells.contains(&0) || around % 8 != 0 || around >= 8 * along;
         source.refuse_if(wrong, &at("cells"), || {
@@ -311,14 +306,12 @@ fn is_length(size: f64) -> bool {
 /// Most boxes of a mesh that is made: the factor of so many needs hundreds of gigabytes already.
 const MOST_BOXES: usize = 2_000_000;
 
-fn few_enough(cells: [usize; 3]) -> Result<(), String> {
-    match cells.iter().try_fold(1usize, |product, &count| product.checked_mul(count)) {
-        Some(..=MOST_BOXES) => Ok(()),
-        _ => Err(format!(
-            "[{}] makes more cells than can be solved for; give a product of at most {MOST_BOXES}",
-            listed(&cells)
-        )),
-    }
+fn few_enough(cells: [usize; 3], key: &[&str], source: &Source) -> Result<()> {
+    let product = cells.iter().fold(1usize, |product, &count| product.saturating_mul(count));
+    source.refuse_if(product > MOST_BOXES, key, || {
+        let cells = listed(&cells);
+        format!("[{cells}] makes more cells than can be solved for; give a product of at most {MOST_BOXES}")
+    })
 }
 
 /// Quadratic cells with the corners of a linear mesh.

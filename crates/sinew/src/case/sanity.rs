@@ -3,7 +3,7 @@
 use super::Case;
 use super::mesh::MICROMETRE;
 use super::units::length_within;
-use crate::output::least_and_largest_ratio;
+use crate::output::{least_and_largest_ratio, mean_and_largest};
 use crate::theta::theta_in_words;
 use sinew_emulate::parts::dot;
 use sinew_emulate::{Emulator, Simulations, Warning};
@@ -87,7 +87,7 @@ impl Case {
 
     /// Warnings about units, supports, loads and parameters.
     pub(super) fn doubts(&self, body: &Body) -> Vec<String> {
-        let size = size(body);
+        let size = size(&body.positions);
         let key = |keys: &[&str], reason: String| self.source.error(keys, reason).to_string();
         let mut warnings = Vec::new();
         let [least, most] = SIZES;
@@ -173,9 +173,15 @@ const LOOK: &str = "look at the loads and at their units: kPa, and kPa/mm for fo
 /// Names of the parameters that change no displacement, by the forces at small strains; `None` where no load moves the body at all.
 fn idle_parameters(body: &Body) -> Option<Vec<String>> {
     let free = body.free_degrees_of_freedom();
+    // Without springs, which read no parameter, and beside which others may be rounding errors.
     let forces = |displacement: &[f64], theta: &[f64]| -> Vec<f64> {
-        let mut gradient = vec![0.0; displacement.len()];
-        body.value_and_gradient(displacement, theta, &mut gradient);
+        let mut gradient: Vec<f64> = body.nodal_force.iter().map(|force| -force).collect();
+        let (law, barriers) = (body.law_parameters(theta), body.barriers.as_ref());
+        let law = |point: usize, h: &Mat3<f64>| Some(body.material.stress(point, law, h, barriers));
+        body.add_stress_forces(displacement, law, &mut gradient);
+        for pressure in &body.pressures {
+            pressure.value_and_add_gradient(displacement, theta, &mut gradient);
+        }
         free.iter().map(|&dof| body.frames.component(dof, &gradient)).collect()
     };
     let norm = |forces: &[f64]| dot(forces, forces).sqrt();
@@ -194,8 +200,9 @@ fn idle_parameters(body: &Body) -> Option<Vec<String>> {
         let mut theta = centre.clone();
         theta[index] = body.parameters[index].range[1];
         let other = forces(&probe, &theta);
-        // Without loads a common factor of all forces changes no displacement.
-        let factor = if is_loaded { 1.0 } else { dot(&own, &other) / dot(&own, &own) };
+        // Without loads and springs a common factor of all forces changes no displacement.
+        let is_free = !is_loaded && body.springs.is_empty();
+        let factor = if is_free { dot(&own, &other) / dot(&own, &own) } else { 1.0 };
         let change = own.iter().zip(&other).map(|(own, other)| other - factor * own);
         let varies = body.parameters[index].range[0] < body.parameters[index].range[1];
         varies && norm(&change.collect::<Vec<_>>()) <= NO_CHANGE * norm(&other)
@@ -210,7 +217,8 @@ pub fn doubtful_displacements(body: &Body, fields: &[&[f64]]) -> Vec<String> {
     let still = fields.iter().map(|field| negligible_displacement(body, field));
     let still = still.collect::<Option<Vec<_>>>().and_then(|all| all.into_iter().next());
     let largest = |u: f64, other: &f64| u.max(other.abs());
-    let (prescribed, size) = (body.prescribed.iter().flatten().fold(0.0, largest), size(body));
+    let (prescribed, size) =
+        (body.prescribed.iter().flatten().fold(0.0, largest), size(&body.positions));
     let most = fields.iter().copied().flatten().fold(0.0, largest);
     let far = (most > MOST_MOTION * size + prescribed).then(|| {
         let (most, size) = (rounded(most), rounded(size));
@@ -271,8 +279,7 @@ fn of_other_branches(body: &Body, found: &Simulations, cure: &str) -> Option<Str
 
 /// Warning about a displacement that is almost zero; `None` where everything is held.
 pub fn negligible_displacement(body: &Body, displacement: &[f64]) -> Option<String> {
-    let largest = displacement.iter().fold(0.0f64, |largest, u| largest.max(u.abs()));
-    let size = size(body);
+    let ([_, largest], size) = (mean_and_largest(displacement), size(&body.positions));
     let hardly = largest < LEAST_MOTION * size && !body.free_nodes().is_empty();
     let unit = &body.units.length;
     hardly.then(|| {
@@ -283,9 +290,9 @@ pub fn negligible_displacement(body: &Body, displacement: &[f64]) -> Option<Stri
     })
 }
 
-/// Longest edge of the box around a body \[length\].
-fn size(body: &Body) -> f64 {
-    sinew_mesh::extents(&body.positions).into_iter().fold(0.0, f64::max)
+/// Longest edge of the box around points \[length\].
+pub(super) fn size(points: &[[f64; 3]]) -> f64 {
+    sinew_mesh::extents(points).into_iter().fold(0.0, f64::max)
 }
 
 /// Moduli of shear and of volume at rest, at one end of all ranges.
@@ -298,7 +305,7 @@ fn moduli(body: &Body, end: usize) -> [f64; 2] {
     [shear.sum::<f64>() / 6.0, volume.as_flattened().iter().sum::<f64>() / 9.0]
 }
 
-fn rounded(value: f64) -> String {
+pub(super) fn rounded(value: f64) -> String {
     sinew_report::format::trimmed(value, 3)
 }
 

@@ -1,5 +1,6 @@
 //! Sets of nodes and facets by where they are.
 
+use super::sanity::{rounded, size};
 use super::source::{Exactly, Result, advise, cell_name, meant};
 use super::supports::check_one_kind;
 use super::{Case, FibreRule};
@@ -72,8 +73,11 @@ struct Near {
     rather_than: Vec<PathBuf>,
 }
 
-/// The factor of the lengths of a file that was read.
-type Scale<'s> = &'s dyn Fn(&ReadReport) -> f64;
+/// The factor of the lengths of a surface that was read, or why it is none of the mesh.
+type Scale<'s> = &'s dyn Fn(&TriangleMesh, &ReadReport) -> Result<f64, String>;
+
+/// Largest ratio of the sizes of mesh and surface that are in one unit.
+const MOST_APART: f64 = 50.0;
 
 impl Select {
     /// Makes the files of surfaces relative to a folder.
@@ -138,7 +142,7 @@ impl Near {
 
 fn surface(file: &Path, scale: Scale<'_>) -> Result<TriangleMesh, String> {
     let (mut surface, report) = read_mesh::<3>(file).map_err(|error| error.to_string())?;
-    let scale = scale(&report);
+    let scale = scale(&surface, &report).map_err(|why| format!("{}: {why}", file.display()))?;
     surface.points.iter_mut().flatten().for_each(|x| *x *= scale);
     Ok(surface)
 }
@@ -205,7 +209,16 @@ impl Case {
 
     /// Adds the selections to the mesh, those first that others name.
     pub(super) fn lower_selections(&self, mesh: &mut AnyMesh) -> Result<()> {
-        let scale = self.mesh.scale(&self.source)?;
+        let (scale, own) = (self.mesh.scale(&self.source)?, size(mesh.points()));
+        let scale = |surface: &TriangleMesh, report: &ReadReport| {
+            let factor = self.mesh.factor(scale, report);
+            let theirs = factor * size(&surface.points);
+            let fits = own.max(theirs) <= MOST_APART * own.min(theirs);
+            fits.then_some(factor).ok_or_else(|| {
+                let [theirs, own] = [theirs, own].map(rounded);
+                format!("the surface is {theirs} mm in size and the mesh {own} mm; write both in the unit of the mesh")
+            })
+        };
         let mut left: Vec<&str> = self.select.keys().map(String::as_str).collect();
         while !left.is_empty() {
             let is_ready =
@@ -216,7 +229,6 @@ impl Case {
             };
             let name = left.remove(place);
             let error = |reason| self.source.error(&["select", name], reason);
-            let scale = |report: &ReadReport| self.mesh.factor(scale, report);
             let selection = self.select[name].selection(&scale).map_err(error)?;
             mesh.select(name, &selection)
                 .map_err(|reason| error(format!("{reason} (lengths in mm)")))?;

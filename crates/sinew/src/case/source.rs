@@ -1,6 +1,6 @@
 //! The text of a case file: lines of its keys, errors there, and suggestions for misspelt ones.
 
-use serde::de::Error as _;
+use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer};
 use toml::de::{DeTable, DeValue};
 
@@ -53,7 +53,7 @@ impl Source {
                 (Vec::new(), format!("`{key}` is there twice; keep one"))
             }
             (Err(_), message) => {
-                let advice = "write KEY = VALUE, with texts in quotes, lists in brackets and points in decimals";
+                let advice = "write KEY = VALUE, with texts in quotes, lists in brackets, points in decimals and / for \\ in paths";
                 (Vec::new(), format!("this is not TOML ({message}); {advice}"))
             }
         };
@@ -91,6 +91,14 @@ impl Source {
         }
         Some(self.line_at(start))
     }
+}
+
+/// Reads the tables of a TOML file that is no case; `file` names it in errors.
+///
+/// # Errors
+/// As [`Case::parse`](super::Case::parse).
+pub fn parse_tables<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, CaseError> {
+    toml::from_str(text).map_err(|error| Source::new(file, text).syntax(&error))
 }
 
 /// The innermost key whose name or value is at a byte, with those of the tables around it.

@@ -2,12 +2,13 @@
 
 use super::batch::{MOST_LINES, tell_outside};
 use super::calibrate::told;
-use super::{CaseArguments, ThetaArguments, Usage, refuse, refuse_if, warn, write};
+use super::{CaseArguments, ThetaArguments, refuse, refuse_if, warn, write};
 use anyhow::{Context, Result};
 use clap::Args;
 use serde::Deserialize;
 use sinew::calibrate::CalibrateError;
 use sinew::calibration::{SOLVES, remove_results};
+use sinew::case::parse_tables;
 use sinew::output::displacement_in_words;
 use sinew::report::format::{digits, digits_beside};
 use sinew::runs::{Measured, Runs, RunsPosterior, write_predictions};
@@ -147,8 +148,7 @@ impl DataFile {
         if !text.parse().is_ok_and(names) {
             return Ok(None);
         }
-        let file: Self = toml::from_str(&text)
-            .map_err(|error| Usage(format!("{}: {error}", path.display()).trim().into()))?;
+        let file: Self = parse_tables(&text, &path.to_string_lossy())?;
         let folder = path.with_file_name(&file.emulator);
         Ok(Some(Self { emulator: folder, ..file }))
     }

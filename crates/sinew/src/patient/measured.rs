@@ -59,7 +59,7 @@ impl Reader<'_> {
                 let point = entry.point.ok_or_else(|| {
                     self.error("point", "the point is missing: point = [x, y, z] in mm")
                 })?;
-                Ok(vec![(Observable::displacement(point, along, from, at), self.value()?)])
+                Ok(vec![(Observable::displacement(point.0, along.0, from, at), self.value()?)])
             }
             _ => Err(self.error("volume", "write one of volume, strain and displacement")),
         }

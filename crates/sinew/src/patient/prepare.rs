@@ -4,7 +4,7 @@ use super::PatientFile;
 use super::measured::Reader;
 use super::prepared::{COMMON, IMAGE, Phases, Prepared, own_factor};
 use super::tables::{LogNormal, Quantity};
-use crate::case::{Case, LENGTH, Result, STRESS, VOLUME, advise};
+use crate::case::{Case, LENGTH, Result, STRESS, VOLUME, advise, stress};
 use sinew_calibrate::{
     Datum, Kind, Observable, Prior, Problem, Segments, Unknown, WallCoordinates,
 };
@@ -62,15 +62,16 @@ impl PatientFile {
             &["phases", "rest"],
             || "each patient has a state `rest`; give the phase another name",
         )?;
-        let known = || body.parameters.iter().map(|p| p.name.as_str());
+        let is_stress = |p: &&Parameter| stress(p.unit.name()).is_ok();
+        let known = || body.parameters.iter().filter(is_stress).map(|p| p.name.as_str());
         let mut found = Phases::new();
         for (phase, entries) in phases {
             let values = found.entry(phase.clone()).or_default();
             for (name, quantity) in entries {
                 let keys = ["phases", phase, name];
                 source.refuse_if(known().all(|other| other != name), &keys, || {
-                    let advice = advise(name, known(), "parameters that are not known");
-                    format!("no parameter `{name}` is left to set{advice}")
+                    let advice = advise(name, known(), "those that are not known");
+                    format!("no load or other stress `{name}` is left to set{advice}")
                 })?;
                 let value = match quantity {
                     Quantity::Number(n) => {
@@ -123,7 +124,7 @@ impl PatientFile {
         let found = WallCoordinates::new(mesh, &surfaces);
         let found = match wall.septum {
             None => found,
-            Some(septum) => found.and_then(|found| found.with_septum(septum)),
+            Some(septum) => found.and_then(|found| found.with_septum(septum.0)),
         };
         found.map(Some).map_err(|e| error(e.to_string()))
     }

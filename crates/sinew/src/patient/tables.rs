@@ -1,5 +1,6 @@
 //! The tables of a patient file.
 
+use crate::case::Exactly;
 use serde::Deserialize;
 use sinew_calibrate::{CalibrateOptions, Direction};
 use sinew_energy::Fibres;
@@ -34,9 +35,9 @@ pub(super) struct Entry {
     /// Direction of the strain that it is.
     pub strain: Option<Direction>,
     /// Direction of the displacement that it is.
-    pub displacement: Option<[f64; 3]>,
+    pub displacement: Option<Exactly<f64, 3>>,
     /// Place of the displacement in the image \[mm\].
-    pub point: Option<[f64; 3]>,
+    pub point: Option<Exactly<f64, 3>>,
     /// Segment of the strain: its name, or the number of a label.
     pub segment: Option<toml::Value>,
     /// Phase.
@@ -106,7 +107,7 @@ pub(super) struct Wall {
     pub endocardium: String,
     pub epicardium: String,
     pub base: String,
-    pub septum: Option<[f64; 3]>,
+    pub septum: Option<Exactly<f64, 3>>,
 }
 
 /// Least number of draws whose Pareto k̂ is estimated: five in the tail, a fifth of all.

@@ -54,6 +54,17 @@ fn loads_and_parameters_without_effect_are_warned_of() {
     let found = case(&format!("{{ nodes = \"x_max\", x = 1.0 }}]\n{ranges}"));
     assert!(found.len() == 1 && found[0].contains("parameters.E"), "{found:?}");
     assert!(case(&format!("{{ nodes = \"x_max\", x = 1.0 }}]\n{weight}\n{ranges}")).is_empty());
+    // Springs beside which all other forces are rounding errors.
+    for (springs, loaded) in [(1e30, true), (1e30, false), (1.0, false)] {
+        let weight = if loaded { weight } else { "loads = [" }.trim_end_matches(']');
+        let comma = if loaded { "," } else { "" };
+        let springs = format!(
+            "{{ foundation = {{ normal = {springs:e}, tangential = 0.0 }}, facets = \"x_max\" }}]"
+        );
+        let found = case(&format!("]\n{weight}{comma} {springs}\n{ranges}"));
+        let told = found.iter().any(|warning| warning.contains("nothing moves"));
+        assert!(told != loaded && found.len() == usize::from(told), "{springs}: {found:?}");
+    }
     // A pressure on held nodes.
     let found = case(
         "]\nloads = [{ body_force = [0.0, 0.0, -9.8e-3] }, { pressure = \"p\", facets = \"x_min\" }]\n\

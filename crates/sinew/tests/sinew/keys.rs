@@ -126,6 +126,10 @@ fn factors_are_read_from_fields_of_cells_and_of_nodes() {
     mesh.cell_sets.insert("scar".into(), scar);
     mesh.cell_fields.insert("region".into(), sinew_mesh::Field::labels(labels));
     mesh.cell_fields.insert("cellular".into(), sinew_mesh::Field::scalars(of_cells));
+    let both = sinew_mesh::Field::vectors(&vec![[1.0, 0.0, 0.0]; mesh.cells.len()]);
+    mesh.cell_fields.insert("both".into(), both);
+    let both = sinew_mesh::Field::vectors(&vec![[1.0, 0.0, 0.0]; mesh.points.len()]);
+    mesh.point_fields.insert("both".into(), both);
     let file = folder.path().join("bar.vtu");
     sinew_mesh::write_vtu(&file, &mesh).unwrap();
     let with = |stiffness: &str| {
@@ -144,6 +148,18 @@ fn factors_are_read_from_fields_of_cells_and_of_nodes() {
     assert!((a / b - 1.0).abs() < 1e-14);
     refusal(&text("wrong"), &["stiffness.field", "0 at cell 7", "above zero"]);
     refusal(&text("celular"), &["stiffness.field", "did you mean `cellular`?"]);
+    // A name of two fields.
+    const TWO: &str = "a field `both` of cells and one of nodes; rename";
+    let fibres =
+        text("nodal").replace("fibres.direction = [1.0, 0.0, 0.0]", "fibres.field = \"both\"");
+    let support = text("nodal").replace("nodes = \"x_min\", x = 0.0", "clamped = \"both\"");
+    let field =
+        [(text("both"), "stiffness.field"), (fibres, "fibres.field"), (support, "supports.0")];
+    field.iter().for_each(|(text, key)| refusal(text, &[key, TWO]));
+    refusal(
+        &format!("mesh.keep = []\n{}", text("nodal")),
+        &["mesh.keep", "no cells would stay; name some"],
+    );
     refusal(&text("node_set:x_min"), &["stiffness.field"]);
     // A set of cells, a label and a field give the same bits.
     let by = |name: &str, factor: f64| {

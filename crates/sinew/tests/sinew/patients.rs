@@ -102,7 +102,12 @@ fn mistakes_are_refused_with_their_place() {
     );
     says("p = \"16 mmHg\"", "p = 16.0", &["phases.high.p", "the unit is missing", "16 mmHg"]);
     says("p = \"16 mmHg\"", "p = \"16 bar\"", &["`bar` is not a unit of stress"]);
-    says("p = \"16 mmHg\"", "q = \"16 mmHg\"", &["no parameter `q`", "a, a_f, p"]);
+    says("p = \"16 mmHg\"", "q = \"16 mmHg\"", &["no load or other stress `q`", "a, a_f, p"]);
+    // A number without a unit is no stress.
+    let free = PATIENT.replace("b = 2.0,", "b = [1.0, 4.0],");
+    let free = free.replace("p = \"16 mmHg\"", "p = \"16 mmHg\"\nb = \"2 kPa\"");
+    let told = PatientFile::parse(&free, "p.toml").and_then(|file| file.prepare()).expect_err("b");
+    assert!(told.to_string().contains("no load or other stress `b`"), "{told}");
     says("[phases.high]", "[phases.low]", &["`low` is there twice"]);
     says(
         "phase = \"high\"\nvalue = ",
@@ -148,6 +153,9 @@ fn mistakes_are_refused_with_their_place() {
         "a = { range = [0.0, 0.4], sampling = \"linear\" }",
         &["parameters.a", "positive"],
     );
+    let four = "strain = \"circumferential\"\npoint = [1.0, 2.0, 3.0, 4.0]";
+    says("strain = \"circumferential\"", four, &["data.2.point", "4 values where 3 belong"]);
+    says("[-1.0, 0.0, 0.0]", "[-1.0, 0.0, 0.0, 0.0]", &["wall.septum", "4 values where 3 belong"]);
     says(
         "segments = \"1x4\"",
         "segments = \"1x4\"\ninfer_noise = [\"strains\"]",

@@ -170,11 +170,12 @@ fn measured_values_of_outputs_give_a_posterior_without_a_solver() {
     assert_eq!(timeless(&done(folder, "calibrate patient.toml")), timeless(&told));
 
     let twice = "[[data]]\noutput = \"volume\"\nvalue = 70\nsd = 1\n";
-    let refusals: [(&str, &str); 7] = [
+    let refusals: [(&str, &str); 8] = [
         ("[[data]]\noutput = \"volum\"\nvalue = 70\nsd = 1\n", "did you mean `volume`"),
         ("[[data]]\noutput = \"volume\"\nvalue = 700\nsd = 1\n", "standard deviations from"),
         ("[[data]]\noutput = \"volume\"\nvalue = 70\nsd = 0\n", "positive sd"),
-        ("[[data]]\noutput = \"volume\"\nvalue = 70\n", "missing field `sd`"),
+        ("[[data]]\noutput = \"volume\"\nvalue = 70\n", "line 2, data.0: `sd` is missing"),
+        ("[[data]]\noutput = \"volume\"\nvalue = \"70 ml\"\nsd = 1\n", "data.0.value: the text"),
         ("", "there are no data"),
         ("draws = 12\n[[data]]\noutput = \"volume\"\nvalue = 70\nsd = 1\n", "draws a chain"),
         (&format!("{twice}{twice}"), "is there twice"),

@@ -232,6 +232,12 @@ fn displacements_on_a_mesh_predict_runs_that_were_held_back() {
     let (code, nodes) =
         refused(folder, "train --from-fields runs.npz --mesh cube.vtu --parameters mu,lambda");
     assert!(code == 2 && nodes.contains("runs × 8 × 3"), "{nodes}");
+    // Read in mm, beside displacements in µm.
+    std::fs::write(folder.join("c.pts"), "4\n0 0 0\n1e3 0 0\n0 1e3 0\n0 0 1e3\n").unwrap();
+    std::fs::write(folder.join("c.elem"), "1\nTt 0 1 2 3 1\n").unwrap();
+    let (code, carp) =
+        refused(folder, "train --from-fields runs.npz --mesh c.pts --parameters mu,lambda");
+    assert!(code == 2 && carp.contains("CARP files are in µm"), "{carp}");
 }
 
 #[test]

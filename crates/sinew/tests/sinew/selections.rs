@@ -145,6 +145,16 @@ fn files_are_read_by_place_surface_and_format() {
     let body = case("bare.vtu", &select).unwrap();
     assert_eq!(body.mesh.facet_sets()["cavity"], wall.facet_sets["endo"]);
     assert_eq!(body.mesh.node_sets()["top"], wall.node_sets["base"]);
+    // A surface in µm beside a mesh in cm.
+    let mut small = inner.clone();
+    small.points.iter_mut().flatten().for_each(|x| *x *= 1e4);
+    std::fs::write(path("inner.stl"), stl(&small)).unwrap();
+    let error = case("bare.vtu", &select).unwrap_err().to_string();
+    assert!(
+        error.contains("select.cavity") && error.contains("in the unit of the mesh"),
+        "{error}"
+    );
+    std::fs::write(path("inner.stl"), stl(&inner)).unwrap();
     // Without sets and selections the way out is named.
     let error = case("bare.vtu", "").unwrap_err().to_string();
     assert!(error.contains("[select.\"cavity\"]"), "{error}");
