@@ -75,12 +75,28 @@ def test_voxels_are_hexahedra() -> None:
         assert np.allclose(found[by_place[0]], expected[by_place[1]], rtol=0.0, atol=1e-8)
 
 
+def test_keys_that_are_none_are_left_out_and_two_units_refused(bar: Case) -> None:
+    mesh = {"box": {"extent": [30, 6, 6], "cells": [6, 2, 2]}, "unit": None}
+    made = Case(mesh=mesh, **{**KEYS, "loads": [{"body_force": [0.0, 0.0, -9.8e-3], "facets": None}]})
+    assert np.array_equal(made.solve(THETA).displacement, bar.solve(THETA).displacement)
+    with pytest.raises(CaseError, match="unit = 'mm', but the keys of the mesh have 'cm'"):
+        Case(mesh={**mesh, "unit": "cm"}, unit="mm", **KEYS)
+
+
 def test_facets_may_be_named_by_their_nodes(bar: Case) -> None:
     mesh = (bar.points, bar.cells)
     case = Case(mesh=mesh, facet_sets={"x_min": bar.facet_sets["x_min"]}, **KEYS)
     assert np.array_equal(case.solve(THETA).displacement, bar.solve(THETA).displacement)
     with pytest.raises(CaseError, match="1 cells of the boundary are facets of no cell"):
         Case(mesh=mesh, facet_sets={"x_min": np.array([[0, 1, len(bar.points) - 1]])}, **KEYS)
+
+
+def test_fields_of_cells_stand_beside_facets_by_their_nodes(bar: Case) -> None:
+    meshio = pytest.importorskip("meshio")
+    twice = meshio.Mesh(bar.points, [("tetra", bar.cells)], cell_data={"twice": [np.full(len(bar.cells), 2, np.uint8)]})
+    case = Case(mesh=twice, facet_sets={"x_min": bar.facet_sets["x_min"]}, stiffness={"field": "twice"}, **KEYS)
+    expected = bar.solve({name: 2.0 * value for name, value in THETA.items()}).displacement
+    assert np.allclose(case.solve(THETA).displacement, expected, rtol=0.0, atol=1e-9)
 
 
 def test_a_law_with_fibres_reads_a_field(bar: Case) -> None:

@@ -7,7 +7,7 @@ from collections import namedtuple
 import numpy as np
 import pytest
 
-from pysinew import Case, CaseError, SinewWarning
+from pysinew import Case, CaseError, Runs, SinewWarning
 
 # In the order of the case: mu, lambda.
 ASKED = [[15.0, 10.0], [11.0, 14.0], [9.0, 12.0]]
@@ -60,6 +60,27 @@ def test_coordinates_of_points_are_read_by_name(bar: Case) -> None:
     assert np.array_equal(Case(mesh=(unnamed, bar.cells), **keys).points, bar.points)
     with pytest.raises(CaseError, match="components are labelled r, phi, z"):
         Case(mesh=(pandas.DataFrame(bar.points, columns=["r", "phi", "z"]), bar.cells), **keys)
+
+
+def test_units_that_arrays_of_xarray_carry_are_read_or_refused(bar: Case) -> None:
+    xarray = pytest.importorskip("xarray")
+    pascals = {"units": "Pa"}
+    assert rows(bar, {"mu": xarray.DataArray(15e3, attrs=pascals), "lambda": 10.0}) == ASKED[:1]
+    with pytest.raises(CaseError, match="an array in Pa"):
+        bar.solve(xarray.DataArray([15e3, 10e3], dims="parameter", attrs=pascals))
+    with pytest.raises(CaseError, match="points: they are in cm"):
+        Case(
+            mesh=(xarray.DataArray(bar.points, dims=("node", "axis"), attrs={"units": "cm"}), bar.cells),
+            law="neo-hookean",
+            parameters={"mu": 1.0, "lambda": 1.0},
+            supports=[{"clamped": "left"}],
+            node_sets={"left": [0]},
+        )
+    mu, p = (xarray.DataArray(values, dims="run", attrs={"units": unit}) for values, unit in (([*range(8, 18)], "kPa"), ([4, 9, 7] * 3 + [5], "mmHg")))
+    runs = Runs.of_table({"mu": mu, "p": p}, {"volume": 2.0 * mu.values + p.values}, progress=False)
+    assert abs(runs.predict({"mu": mu[0], "p": p[0]})["volume"][0] - 20.0) < 1e-6
+    with pytest.raises(CaseError, match="p is in kPa here and in mmHg in the runs"):
+        runs.predict({"mu": mu[0], "p": xarray.DataArray(0.5, attrs={"units": "kPa"})})
 
 
 def test_named_tuples_are_read_by_name(bar: Case) -> None:

@@ -49,6 +49,7 @@ class Blocks:
         self.points = array
         self.native = NativeMesh(array)
         self.count = 0
+        self.fields: list[tuple[str, Any, bool]] = []
 
     def add(self, kind: str, cells: Any) -> range:
         """Adds a block of cells; their numbers among all."""
@@ -75,11 +76,19 @@ class Blocks:
         rows = len(self.points) if of_nodes else self.count
         if array.dtype.kind not in "fiub" or array.ndim == 0 or len(array) != rows or array.size == 0:
             return
-        if array.ndim == 1 and array.dtype.kind in "iub":
-            labels = np.ascontiguousarray(array, dtype=np.int64)
-            return self.native.add_labels(name, of_nodes, labels)
-        table: Floats = np.ascontiguousarray(array, dtype=np.float64).reshape(rows, -1)
-        self.native.add_field(name, of_nodes, table)
+        self.fields.append((name, array, of_nodes))
+
+    def made(self) -> NativeMesh:
+        """The mesh; fields are zero at cells that were added behind them."""
+        for name, array, of_nodes in self.fields:
+            rows = len(self.points) if of_nodes else self.count
+            array = np.concatenate([array, np.zeros((rows - len(array), *array.shape[1:]), array.dtype)])
+            if array.ndim == 1 and array.dtype.kind in "iub":
+                self.native.add_labels(name, of_nodes, np.ascontiguousarray(array, dtype=np.int64))
+                continue
+            table: Floats = np.ascontiguousarray(array, dtype=np.float64).reshape(rows, -1)
+            self.native.add_field(name, of_nodes, table)
+        return self.native
 
 
 def read(
@@ -117,7 +126,7 @@ def read(
         blocks.name_cells(name, list(blocks.add(kind, array)))
     if merge:
         blocks.native.merge_nodes()
-    return blocks.native
+    return blocks.made()
 
 
 def _named(sets: Any, what: str) -> Mapping[str, Any]:

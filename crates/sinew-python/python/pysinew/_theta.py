@@ -90,6 +90,8 @@ def values_by_name(theta: Any, names: list[str]) -> Union[Mapping[str, Any], Non
     """Values by the names that frames, rows of them, named tuples and xarray carry; None where there are none."""
     if isinstance(theta, Mapping):
         return theta
+    if head("", theta):
+        raise CaseError(f"theta: an array in {head('', theta)[2:-1]}; give each parameter its own unit: a dataset or a dictionary")
     if hasattr(theta, "columns") and hasattr(theta, "to_numpy"):
         return _paired(theta.columns, [theta[name].to_numpy() for name in theta.columns])
     if isinstance(theta, tuple) and hasattr(theta, "_fields"):
@@ -124,6 +126,8 @@ def labels_of(value: Any) -> Union[list[list[Any]], None]:
 
 def by_axes(values: Any, what: str) -> Any:
     """Vectors along the last axis as x, y, z: by the labels of that axis where it has any, else by place."""
+    if (unit := head("", values)[2:-1]) not in ("", "mm"):
+        raise CaseError(f"{what}: they are in {unit}; give their values alone, and unit={unit!r} beside them")
     labels = list(values.columns) if hasattr(values, "columns") else (labels_of(values) or [[]])[-1]
     if not labels or labels == list(range(len(labels))):
         return values
@@ -144,13 +148,17 @@ def text(name: str, value: Any) -> str:
     return repr(float(value))
 
 
+def head(name: Any, value: Any) -> str:
+    """A name with its unit, such as `p [mmHg]`: its own, or that which an array of xarray carries."""
+    unit = getattr(value, "attrs", {}).get("units", "1")
+    return str(name) if unit == "1" or "[" in str(name) else f"{name} [{unit}]"
+
+
 def pairs(theta: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Names and values as texts; a head with a unit, such as `p [mmHg]`, gives the value that unit."""
+    """Names and values as texts; a head with a unit gives the value that unit."""
     found = []
     for name, value in theta.items():
-        own, _, unit = str(name).partition("[")
-        if not unit and getattr(value, "attrs", {}).get("units", "1") != "1":
-            unit = str(value.attrs["units"])
+        own, _, unit = head(name, value).partition("[")
         said = text(str(name), value)
         found.append((own.strip(), f"{said} {unit.strip().rstrip(']')}" if unit else said))
     return found
@@ -170,8 +178,7 @@ def _by_name(case: NativeCase, theta: Mapping[str, Any]) -> tuple[Floats, bool]:
     heads = {}
     for name, column in columns.items():
         unmasked(column, f"theta: {name}")
-        unit = getattr(column, "attrs", {}).get("units", "1")
-        heads[name] = name if unit == "1" or "[" in str(name) else f"{name} [{unit}]"
+        heads[name] = head(name, column)
         # By place, whatever the labels are.
         columns[name] = column if labels_of(column) is None else np.asarray(column)
     if not columns:

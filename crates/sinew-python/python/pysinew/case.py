@@ -61,9 +61,11 @@ def _plain(value: Any) -> Any:
 
 
 def _json(keys: Mapping[str, Any], what: str) -> str:
-    """Keys as the compiled half reads them."""
+    """Keys as the compiled half reads them; those that are None are left out."""
     try:
-        return json.dumps(keys, default=_plain, allow_nan=False)
+        text = json.dumps(keys, default=_plain, allow_nan=False)
+        given = json.loads(text, object_hook=lambda table: {key: value for key, value in table.items() if value is not None})
+        return json.dumps(given)
     except ValueError as error:
         if isinstance(error, CaseError):
             raise
@@ -95,6 +97,8 @@ class Case:
         supports: Sequence[Mapping[str, Any]],
         loads: Sequence[Mapping[str, Any]] = (),
         fibres: Mapping[str, Any] | None = None,
+        active: bool | Mapping[str, Any] | None = None,
+        stiffness: Mapping[str, Any] | None = None,
         select: Mapping[str, Any] | None = None,
         formulation: str | None = None,
         training: Mapping[str, Any] | None = None,
@@ -115,6 +119,8 @@ class Case:
             "supports": _listed(supports, "supports"),
             "loads": _listed(loads, "loads"),
             "fibres": fibres,
+            "active": active,
+            "stiffness": stiffness,
             "select": select,
             "training": training,
             "phases": phases,
@@ -126,14 +132,15 @@ class Case:
         given = None
         if isinstance(mesh, (Mapping, str, PathLike)):
             keys_of_mesh = mesh if isinstance(mesh, Mapping) else {"file": os.fspath(mesh)}
+            if unit is not None and keys_of_mesh.get("unit") not in (None, unit):
+                raise CaseError(f"unit = {unit!r}, but the keys of the mesh have {keys_of_mesh['unit']!r}; give one")
             source = {**keys_of_mesh, **source, **({"merge": True} if merge else {})}
         else:
             given = _meshes.read(mesh, node_sets, facet_sets, merge)
         if given is None and (node_sets or facet_sets):
             raise CaseError("node_sets and facet_sets belong to a mesh in memory; name sets of another by place with `select`")
         keys["mesh"] = source
-        present = {key: value for key, value in keys.items() if value is not None}
-        self._open(NativeCase.from_json(_json(present, f"{name}: a number of the case"), name, given))
+        self._open(NativeCase.from_json(_json(keys, f"{name}: a number of the case"), name, given))
 
     def _open(self, native: NativeCase) -> None:
         self._native = native

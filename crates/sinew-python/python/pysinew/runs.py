@@ -133,7 +133,7 @@ class Runs:
             numbers = floats(pair, f"data: {name}")
             if numbers.shape != (2,):
                 raise CaseError(f"data: {name} of shape {numbers.shape}; give its value and its standard deviation")
-            measured.append((_own(name, units, "data"), float(numbers[0]), float(numbers[1])))
+            measured.append((_own(_theta.head(name, pair), units, "data"), float(numbers[0]), float(numbers[1])))
         each = -(-count(draws, "draws") // CHAINS)
         with shown(progress) as bar:
             groups, words, warnings = self._native.posterior(measured, count(seed, "seed"), each, bar)
@@ -154,7 +154,7 @@ class Runs:
         named = _theta.values_by_name(theta, names)
         if named is not None:
             units = {name: unit for name, unit, _ in self._native.parameters}
-            given = {_own(name, units, "theta"): value for name, value in named.items()}
+            given = {_own(_theta.head(name, value), units, "theta"): value for name, value in named.items()}
             if len(given) < len(named):
                 raise CaseError(f"theta: a name is there twice among {', '.join(map(str, named))}; keep one")
             if set(given) != set(names):
@@ -204,7 +204,7 @@ def _columns(table: Any, what: str) -> dict[str, Any]:
     if hasattr(table, "columns") and hasattr(table, "to_numpy"):
         return {str(name): table[name] for name in table.columns}
     if isinstance(table, Mapping) and table:
-        return {str(name): column for name, column in table.items()}
+        return {_theta.head(name, column): column for name, column in table.items()}
     raise CaseError(f"{what}: {'there are no columns' if isinstance(table, Mapping) else f'a {type(table).__name__} has no names'}; "
                     "give a dictionary of columns, or a frame")
 
