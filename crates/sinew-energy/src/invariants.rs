@@ -110,22 +110,22 @@ impl<L: InvariantLaw<D>, const D: usize> Law<D> for L {
         directions: &[[f64; 3]; D],
         guard: &G,
     ) -> (f64, Mat3<f64>) {
-        let state = State::new(self, h, directions);
+        let state = State::new(h, directions);
         // Written so that a NaN is inadmissible.
         let admissible = guard.volume_change(state.invariants.volume_change) > -1.0;
         if !admissible {
             return (f64::INFINITY, Mat3::ZERO);
         }
-        with_constant!(State::<L, D>::ARGUMENTS, K => state.stress::<G, K>(parameters, guard), of 2, 3, 5, 8)
+        with_constant!(State::<D>::ARGUMENTS, K => state.stress::<K>(&state.density(self, parameters, &[], guard)), of 2, 3, 5, 8)
     }
 
     fn response(&self, parameters: &[f64], h: &Mat3<f64>, directions: &[[f64; 3]; D]) -> Response {
-        let state = State::new(self, h, directions);
+        let state = State::new(h, directions);
         let admissible = state.invariants.volume_change > -1.0;
         if !admissible {
             return Response::INADMISSIBLE;
         }
-        with_constant!(State::<L, D>::ARGUMENTS, K => state.response::<K>(parameters), of 2, 3, 5, 8)
+        with_constant!(State::<D>::ARGUMENTS, K => state.response::<K>(&state.density(self, parameters, &[], &Exact)), of 2, 3, 5, 8)
     }
 
     fn stress_rate(
@@ -135,8 +135,8 @@ impl<L: InvariantLaw<D>, const D: usize> Law<D> for L {
         h: &Mat3<f64>,
         directions: &[[f64; 3]; D],
     ) -> Mat3<f64> {
-        let state = State::new(self, h, directions);
-        with_constant!(State::<L, D>::ARGUMENTS, K => state.stress_rate::<{ K + 1 }>(parameters, rates), of 2, 3, 5, 8)
+        let state = State::new(h, directions);
+        with_constant!(State::<D>::ARGUMENTS, K => state.stress_rate::<{ K + 1 }>(&state.density(self, parameters, rates, &Exact)), of 2, 3, 5, 8)
     }
 }
 
@@ -149,9 +149,8 @@ fn argument<const D: usize>(p: usize, q: usize) -> usize {
 /// The most parameters that a law may have.
 pub(crate) const MOST_PARAMETERS: usize = 9;
 
-/// A law at a deformation, with the terms of the derivatives of its invariants.
-struct State<'a, L, const D: usize> {
-    law: &'a L,
+/// A deformation, with the terms of the derivatives of its invariants: compiled once for all laws.
+struct State<'a, const D: usize> {
     directions: &'a [[f64; 3]; D],
     invariants: Invariants<f64, D>,
     /// `F = I + H`.
@@ -162,15 +161,14 @@ struct State<'a, L, const D: usize> {
     deformed: [[f64; 3]; D],
 }
 
-impl<'a, L: InvariantLaw<D>, const D: usize> State<'a, L, D> {
+impl<'a, const D: usize> State<'a, D> {
     /// Number of arguments of the law.
     const ARGUMENTS: usize = {
         assert!(D <= 3, "space has three directions");
         2 + D * (D + 1) / 2
     };
 
-    #[inline]
-    fn new(law: &'a L, h: &Mat3<f64>, directions: &'a [[f64; 3]; D]) -> Self {
+    fn new(h: &Mat3<f64>, directions: &'a [[f64; 3]; D]) -> Self {
         // As [`Invariants::new`], with cofactors and moved directions computed once for all.
         let (minors, trace) = (h.cofactors(), h.trace());
         let determinant = (0..3).map(|j| h[0][j] * minors[0][j]).sum::<f64>();
@@ -187,7 +185,6 @@ impl<'a, L: InvariantLaw<D>, const D: usize> State<'a, L, D> {
         // cof(I + H) = (1 + tr H) I − Hᵀ + cof H.
         let diagonal = Mat3::IDENTITY.0.map(|row| row.map(|delta| (1.0 + trace) * delta));
         Self {
-            law,
             directions,
             invariants,
             deformation: h.plus_identity(),
@@ -213,8 +210,9 @@ impl<'a, L: InvariantLaw<D>, const D: usize> State<'a, L, D> {
     /// # Panics
     /// If there are too many or too few parameters; [`crate::Body::check_theta`] tells.
     #[inline]
-    fn density<G: Guard, const N: usize, const M: usize>(
+    fn density<L: InvariantLaw<D>, G: Guard, const N: usize, const M: usize>(
         &self,
+        law: &L,
         parameters: &[f64],
         rates: &[f64],
         guard: &G,
@@ -229,12 +227,10 @@ impl<'a, L: InvariantLaw<D>, const D: usize> State<'a, L, D> {
         let mut moving: [_; MOST_PARAMETERS] =
             std::array::from_fn(|at| Taylor::constant(value(at)));
         moving.iter_mut().zip(rates).for_each(|(p, &rate)| p.gradient[N - 1] = rate);
-        self.law.density_of(&moving[..count], &self.seeded(Taylor::variable), guard)
+        law.density_of(&moving[..count], &self.seeded(Taylor::variable), guard)
     }
 
-    #[inline]
-    fn stress<G: Guard, const K: usize>(&self, parameters: &[f64], guard: &G) -> (f64, Mat3<f64>) {
-        let slope: Slope<K> = self.density(parameters, &[], guard);
+    fn stress<const K: usize>(&self, slope: &Slope<K>) -> (f64, Mat3<f64>) {
         let stress = self.pull_back(&slope.gradient);
         if !stress.squared_norm().is_finite() {
             return (f64::INFINITY, Mat3::ZERO);
@@ -242,14 +238,12 @@ impl<'a, L: InvariantLaw<D>, const D: usize> State<'a, L, D> {
         (finite_or_infinite(slope.value), stress)
     }
 
-    fn stress_rate<const N: usize>(&self, parameters: &[f64], rates: &[f64]) -> Mat3<f64> {
-        let jet: Jet<N> = self.density(parameters, rates, &Exact);
+    fn stress_rate<const N: usize>(&self, jet: &Jet<N>) -> Mat3<f64> {
         self.pull_back(&jet.hessian[N - 1])
     }
 
-    fn response<const K: usize>(&self, parameters: &[f64]) -> Response {
-        let jet: Jet<K> = self.density(parameters, &[], &Exact);
-        let (stress, tangent) = (self.pull_back(&jet.gradient), self.tangent(&jet));
+    fn response<const K: usize>(&self, jet: &Jet<K>) -> Response {
+        let (stress, tangent) = (self.pull_back(&jet.gradient), self.tangent(jet));
         let finite = jet.value.is_finite()
             && stress.squared_norm().is_finite()
             && tangent.as_flattened().iter().all(|t| t.is_finite());
@@ -260,7 +254,6 @@ impl<'a, L: InvariantLaw<D>, const D: usize> State<'a, L, D> {
     }
 
     /// `Σ_k weights[k] ∂(argument k)/∂H`.
-    #[inline]
     fn pull_back<const K: usize>(&self, weights: &[f64; K]) -> Mat3<f64> {
         let mut result = Mat3::from_fn(|i, j| {
             weights[0] * self.cofactor[i][j] + 2.0 * weights[1] * self.deformation[i][j]

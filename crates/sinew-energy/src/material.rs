@@ -209,12 +209,7 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
     fn response(&self, point: usize, parameters: &[f64], h: &Mat3<f64>) -> Response {
         let found = self.at(point, parameters, |p, directions| self.law.response(p, h, directions));
         let Some(found) = found else { return Response::INADMISSIBLE };
-        if self.factors.is_empty() {
-            return found;
-        }
-        let factor = self.factor(point);
-        let tangent = found.tangent.map(|row| row.map(|entry| factor * entry));
-        Response { energy: factor * found.energy, stress: times(factor, &found.stress), tangent }
+        if self.factors.is_empty() { found } else { stiffened(self.factor(point), &found) }
     }
 
     fn with_softer_volume(&self, factor: f64) -> Option<Arc<dyn Material>> {
@@ -262,4 +257,9 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
 #[inline]
 fn times(factor: f64, stress: &Mat3<f64>) -> Mat3<f64> {
     Mat3::from_fn(|i, j| factor * stress.at(i, j))
+}
+
+fn stiffened(factor: f64, found: &Response) -> Response {
+    let tangent = found.tangent.map(|row| row.map(|entry| factor * entry));
+    Response { energy: factor * found.energy, stress: times(factor, &found.stress), tangent }
 }
