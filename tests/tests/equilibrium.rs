@@ -2,8 +2,8 @@
 
 mod support;
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use sinew_energy::laws::HolzapfelOgden;
 use sinew_energy::{Barriers, Body, Law, Load, Magnitude, Scene, Support};
 use sinew_fem::{Options, Solution, Solver};

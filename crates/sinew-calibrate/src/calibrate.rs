@@ -11,7 +11,7 @@ use crate::{
 };
 use nalgebra::DMatrix;
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use sinew_sample::{Chains, Laplace, NutsOptions, nuts_from, split_seed, standard_normals};
 use std::ops::ControlFlow;
 

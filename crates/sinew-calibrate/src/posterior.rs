@@ -4,8 +4,8 @@ use crate::fault::Result;
 use crate::likelihood::Target;
 use crate::problem::FACTOR_DEVIATION;
 use crate::{Correction, Identifiability, Identified, Mode, Observed, Predictive, Problem, Solves};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use sinew_sample::{
     ArvizDict, Chains, SampleError, Summary, effective_share, psis, quantile, split_seed,
     standard_normals, write_csv,

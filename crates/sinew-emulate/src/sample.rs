@@ -5,9 +5,9 @@ pub(crate) mod campaign;
 pub(crate) mod simulate;
 
 use crate::{Error, Result};
+use rand::rngs::ChaCha8Rng;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Parameter, Sampling};
 

@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .condition("t", Side::Lower, Condition::Dirichlet(loaded))?;
 
     // What is measured, and where the equation is imposed.
-    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(7);
+    let mut random = rand::rngs::ChaCha8Rng::seed_from_u64(7);
     let mut normal = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
     let places = slab.sample(25, 1)?;
     let measured: Vec<f64> = places.iter().map(|x| exact(*x) + ERROR * normal()).collect();

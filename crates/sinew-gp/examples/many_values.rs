@@ -6,8 +6,8 @@
 //! these. The width of the interval is held against the bound of Cramér and Rao, of least squares with the solution known for
 //! every parameter.
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
     Condition, Data, Domain, Evidence, FitOptions, GpError, Model, Noise, Parameter, Prior,
     Problem, Side, constant, field, squared_exponential,

@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .condition("x", Side::Lower, Condition::clamped())?
         .condition("x", Side::Upper, Condition::clamped())?;
 
-    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+    let mut random = rand::rngs::ChaCha8Rng::seed_from_u64(3);
     let mut normal = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
     let places: Vec<[f64; 1]> = (1..=12).map(|k| [f64::from(k) / 13.0]).collect();
     let measured: Vec<f64> = places.iter().map(|[x]| deflection(*x) + ERROR * normal()).collect();

@@ -6,8 +6,8 @@
 //! deflection at two, with errors half as large again; the equation is linearised about the mean until
 //! that no longer changes.
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
     Condition, Conditional, Data, Derivative, Domain, FitOptions, Noise, Problem, SemiLinear, Side,
     constant, squared_exponential,

@@ -7,8 +7,8 @@ pub(crate) mod warnings;
 
 use crate::fit::optimise::{Maximum, maximise};
 use crate::{Conditional, Ensemble, FreeParameter, GpError, Measure, Model, Result, Term, Warning};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use sinew_num::in_parallel;
 use std::f64::consts::PI;
 use std::sync::{Arc, OnceLock};

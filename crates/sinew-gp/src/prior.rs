@@ -12,8 +12,8 @@ use crate::{
     Constraints, Data, Domain, Feature, Field, Formula, Noise, Operator, Problem, Result, Series,
     Side, constraints,
 };
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// One summand σ² φ(x) φ(x′) k(x, x′) of a prior's covariance.
 #[derive(Clone, Debug)]

@@ -6,7 +6,7 @@ use crate::{
 };
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use sinew_num::ascending;
 use std::num::NonZero;

@@ -154,6 +154,7 @@ const NUMERIC: &[&str] = &[
     "sinew-gp",
     "burn",
     "burn-flex",
+    "chacha20",
     "faer",
     "kiddo",
     "linfa-clustering",

@@ -10,7 +10,7 @@ mod tables;
 use crate::case::{Case, CaseError};
 pub use prepared::Prepared;
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use sinew_calibrate::{Forward, Prior};
 use sinew_energy::{Parameter, Unit};
 use sinew_sample::{split_seed, standard_normals};

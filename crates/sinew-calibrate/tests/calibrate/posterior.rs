@@ -4,7 +4,7 @@ mod bodies;
 mod verdict;
 
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use sinew_calibrate::{
     CalibrateError, CalibrateOptions, Datum, Forward, ForwardError, Identified, Kind, Observed,
     Posterior, Prior, Problem, Solves, Unknown, Verdict, calibrate, check_identifiability,

@@ -17,8 +17,8 @@ pub(crate) mod problems;
 
 use nalgebra::DMatrix;
 use problems::Case;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sinew_gp::{
     Conditional, Data, Evidence, Fit, FitOptions, GpError, Model, Noise, Prior, squared_exponential,

@@ -9,8 +9,8 @@
 
 mod ours;
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use sinew_gp::{Domain, GpError};
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};

@@ -12,7 +12,7 @@ use faer::linalg::solvers::SelfAdjointEigen;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par, Side as Triangle};
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use sinew_num::dot;
 use sinew_sample::standard_normals;
 use std::ops::Range;

@@ -9,8 +9,8 @@ use crate::posterior::ensemble::TRUSTED;
 use crate::posterior::space::{Space, not_drawn};
 use crate::{Ensemble, Fit, Result};
 use nalgebra::DMatrix;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use sinew_num::in_parallel;
 use sinew_sample::{Chains, Laplace, nuts as chains, psis, split_seed, standard_normals};
 

@@ -3,8 +3,8 @@
 use crate::error::place;
 use crate::series::Series;
 use crate::{Derivative, GpError, Result};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// One end of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! Data that cannot identify a parameter: an interval holds the truth, is wide, or is warned of.
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Ensemble, Evidence, Field, Fit, FitOptions, GpError,
     Model, Noise, NutsOptions, Parameter, Prior, Problem, Series, Side, Warning, constant,

@@ -1,7 +1,7 @@
 //! Answers that were wrong without a word.
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Evidence, Fit, FitOptions, Functional, GpError, Model,
     Noise, Operator, Parameter, Periodicity, Prior, Problem, SemiLinear, Series, Side, Warning,

@@ -1,7 +1,7 @@
 //! Hard cases: the truth in the interval, a typed warning, or a typed error. None is silent.
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Evidence, Fit, FitOptions, GpError, Model, Noise,
     Operator, Parameter, Prior, Problem, Series, Side, Warning, constant, field, laplace,

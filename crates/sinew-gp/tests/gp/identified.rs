@@ -1,7 +1,7 @@
 //! Parameters that data tell, and those that they do not: found, or said to be unidentified with the interval of the prior.
 
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Evidence, Fit, FitOptions, GpError, Model, Noise,
     Parameter, Prior, Problem, Series, Side, constant, field, squared_exponential,

@@ -1,7 +1,7 @@
 //! False alarms of R̂ on independent draws, and weights at the edges of what can be judged.
 
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use sinew_sample::{effective_share, psis, r_hat, standard_normals};
 
 /// Share of 400 runs of four chains of independent draws whose largest R̂ of four parameters is above 1.01.

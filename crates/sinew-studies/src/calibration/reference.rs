@@ -3,7 +3,7 @@
 use anyhow::Result;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_calibrate::{Forward, Mode, Posterior, Problem};

@@ -2,8 +2,8 @@
 
 use crate::shapes::BeamShape;
 use anyhow::{Context, Result};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use sinew::{Body, Case};
 use sinew_mesh::VentricleShape;
 use std::path::Path;

@@ -1,8 +1,8 @@
 //! A network with two hidden layers and one input, with its first two derivatives in the input and all
 //! derivatives in the weights in closed form: what the introduction's PINN needs (§1.7.3).
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// Units of each hidden layer.
 pub(crate) const WIDTH: usize = 16;

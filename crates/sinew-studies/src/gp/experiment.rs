@@ -2,8 +2,8 @@
 
 use crate::gp::row::{Label, Method, Run, Truth};
 use anyhow::Result;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// Extent of an experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

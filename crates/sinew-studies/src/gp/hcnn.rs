@@ -6,7 +6,7 @@ use crate::program::standard_normal;
 use anyhow::{Context, Result};
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use sinew_gp::{Constraints, Field, Problem, Series, constraints};
 
 /// Units of the hidden layer.

@@ -7,7 +7,7 @@ use crate::gp::row::{Method, RestartEnd, Run};
 use crate::program::standard_normal;
 use anyhow::Result;
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use sinew_gp::{
     Data, Evidence, Fit, FitOptions, GpError, Model, Noise, Prior, squared_exponential,
 };

@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 use rand::SeedableRng;
+use rand::rngs::ChaCha8Rng;
 use rand::seq::SliceRandom;
-use rand_chacha::ChaCha8Rng;
 use sinew::Design;
 use sinew::runs::Runs;
 use sinew_emulate::{Output, RunsEmulator};

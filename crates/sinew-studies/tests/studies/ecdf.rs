@@ -1,8 +1,8 @@
 //! Bands of empirical distribution functions.
 
 use bands::{EcdfBand, RankEcdf};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
 /// The file behind reports of posteriors, which hold whether a band is left alone.

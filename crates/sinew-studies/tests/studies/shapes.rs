@@ -2,7 +2,7 @@
 
 use beam::BeamShape;
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use ring::RingShape;
 use sinew_sample::standard_normals;
 

@@ -125,7 +125,7 @@ fn pair(posterior: &Posterior, prior: &[Vec<f64>], a: usize, b: usize) -> Chart 
 /// Quantiles of the prior at equal shares, in an order that does not pair them with those of other parameters.
 fn prior_draws(posterior: &Posterior, parameter: usize) -> Vec<f64> {
     use rand::SeedableRng;
-    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(parameter as u64);
+    let mut random = rand::rngs::ChaCha8Rng::seed_from_u64(parameter as u64);
     let unknown = &posterior.problem.unknowns[parameter];
     let normals = sinew_sample::standard_normals(posterior.draws.pooled().count(), &mut random);
     normals.into_iter().map(|y| unknown.shown(unknown.prior.logarithm(y)[0].exp())).collect()

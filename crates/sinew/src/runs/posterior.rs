@@ -5,7 +5,7 @@ use crate::report::format::{digits, digits_beside};
 use crate::theta::{heads, values_in_words};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use serde::Deserialize;
 use sinew_calibrate::{CalibrateError, Identified};
 use sinew_emulate::{Counter, Emulated, Observer, RunsEmulator};

@@ -2,7 +2,7 @@
 
 use crate::program::{done, refused};
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use sinew::emulate::{Output, RunsEmulator, share_of};
 use sinew::runs::{Measured, RunsPosterior};
 use sinew::{Design, Parameter};

@@ -2,9 +2,9 @@
 
 use crate::program::cpu_seconds;
 use nalgebra::DMatrix;
+use rand::rngs::ChaCha8Rng;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// Width of the hidden layers, samples in a step.
 const WIDTH: usize = 128;

@@ -10,7 +10,7 @@ use crate::populations::variant::Inputs;
 use crate::program::cpu_seconds_of;
 use anyhow::{Context, Result, ensure};
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
 use sinew::{Body, Parameter};
 use sinew_emulate::coordinates::{Coordinates, Dirichlet};

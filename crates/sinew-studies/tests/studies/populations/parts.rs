@@ -5,8 +5,8 @@ use nalgebra::DMatrix;
 use nested::solve_nested;
 use perceptron::{Perceptron, Samples, Stopped};
 use prolongation::Prolongation;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
 use sinew_fem::{Options, Solver};
 
