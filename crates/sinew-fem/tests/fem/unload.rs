@@ -138,7 +138,7 @@ fn ventricles_of_the_box_at_diastolic_pressures() {
         for (fibres, pressures) in [(Fibres::Carried, &[4.0, 20.0][..]), (Fibres::Kept, &[20.0])] {
             let mut unload = Unload::new(&body).unwrap().fibres(fibres);
             for pressure in pressures {
-                for (index, theta) in thetas(1, pressure * MMHG).iter().enumerate() {
+                for (index, theta) in thetas(2, pressure * MMHG).iter().enumerate() {
                     let name = format!("{name} {fibres:?} {pressure} mmHg {theta:.3?}");
                     match unload.solve(theta, &UnloadOptions::default()) {
                         Ok(unloaded) => {
