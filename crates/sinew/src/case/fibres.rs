@@ -1,8 +1,8 @@
 //! Directions of fibres.
 
 use super::fibre_rule::{EllipsoidRule, FibreRule};
-use super::sanity::size;
 use super::source::{Exactly, Result, Source, advise};
+use super::units::size;
 use nalgebra::Vector3;
 use serde::Deserialize;
 use sinew_energy::laws::NamedLaw;

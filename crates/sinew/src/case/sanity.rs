@@ -2,7 +2,7 @@
 
 use super::Case;
 use super::mesh::MICROMETRE;
-use super::units::length_within;
+use super::units::{length_within, size};
 use crate::output::{least_and_largest_ratio, mean_and_largest};
 use crate::theta::theta_in_words;
 use sinew_emulate::parts::dot;
@@ -290,11 +290,6 @@ pub fn negligible_displacement(body: &Body, displacement: &[f64]) -> Option<Stri
     })
 }
 
-/// Longest edge of the box around points \[length\].
-pub(super) fn size(points: &[[f64; 3]]) -> f64 {
-    sinew_mesh::extents(points).into_iter().fold(0.0, f64::max)
-}
-
 /// Moduli of shear and of volume at rest, at one end of all ranges.
 fn moduli(body: &Body, end: usize) -> [f64; 2] {
     let theta: Vec<f64> = body.parameters.iter().map(|p| p.range[end]).collect();
@@ -305,7 +300,7 @@ fn moduli(body: &Body, end: usize) -> [f64; 2] {
     [shear.sum::<f64>() / 6.0, volume.as_flattened().iter().sum::<f64>() / 9.0]
 }
 
-pub(super) fn rounded(value: f64) -> String {
+fn rounded(value: f64) -> String {
     sinew_report::format::trimmed(value, 3)
 }
 

@@ -1,11 +1,12 @@
 //! Sets of nodes and facets by where they are.
 
-use super::sanity::{rounded, size};
 use super::source::{Exactly, Result, advise, cell_name, meant};
 use super::supports::check_one_kind;
+use super::units::size;
 use super::{Case, FibreRule};
 use serde::Deserialize;
 use sinew_mesh::{AnyMesh, ReadReport, Selection, TriangleMesh, read_mesh};
+use sinew_report::format::trimmed;
 use std::path::{Path, PathBuf};
 
 /// Conditions on nodes and facets, all of which hold (docs/case-file.md). Lengths are in mm.
@@ -215,7 +216,7 @@ impl Case {
             let theirs = factor * size(&surface.points);
             let fits = own.max(theirs) <= MOST_APART * own.min(theirs);
             fits.then_some(factor).ok_or_else(|| {
-                let [theirs, own] = [theirs, own].map(rounded);
+                let [theirs, own] = [theirs, own].map(|size| trimmed(size, 3));
                 format!("the surface is {theirs} mm in size and the mesh {own} mm; write both in the unit of the mesh")
             })
         };

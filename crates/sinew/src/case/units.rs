@@ -116,6 +116,11 @@ pub(super) fn length_within(length: f64, bounds: [f64; 2]) -> Option<&'static st
     best.map(|(name, _)| *name)
 }
 
+/// Longest edge of the box around points \[length\].
+pub(super) fn size(points: &[[f64; 3]]) -> f64 {
+    sinew_mesh::extents(points).into_iter().fold(0.0, f64::max)
+}
+
 /// The number that a text begins with and what follows, such as `8` and `mmHg`; either may be empty.
 pub(crate) fn number_and_unit(text: &str) -> (&str, &str) {
     let end = text.find(|c: char| !(c.is_ascii_digit() || " +-.eE".contains(c)));
