@@ -176,8 +176,9 @@ impl PodRegression {
     pub(crate) fn slopes(&self, conditional: &Conditional, shares: &[f64]) -> [(f64, Vec<f64>); 2] {
         let x = RowDVector::from_iterator(shares.len(), shares.iter().map(|&s| input(s)));
         let weights = &self.fitted.weights * self.modes.transpose();
-        let value = self.mean[0] + (self.fitted.basis.at(&x) * &weights)[0];
-        let value_slopes = weights.tr_mul(&self.fitted.basis.slopes(&x));
+        let functions = self.fitted.basis.at(&x);
+        let value = self.mean[0] + (&functions * &weights)[0];
+        let value_slopes = weights.tr_mul(&self.fitted.basis.slopes(&x, &functions));
         let (deviation, slopes) = conditional.deviation_slopes(&x);
         let by_share = |slopes: &[f64]| slopes.iter().map(|slope| WIDTH * slope).collect();
         [(value, by_share(value_slopes.as_slice())), (deviation, by_share(slopes.as_slice()))]

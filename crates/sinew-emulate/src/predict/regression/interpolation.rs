@@ -111,31 +111,32 @@ impl Basis {
 
     /// The functions at one point.
     pub(super) fn at(&self, x: &RowDVector<f64>) -> RowDVector<f64> {
-        let sets = self.lengths.chunks(x.len().max(1));
-        let kernels = sets.flat_map(|lengths| {
-            self.points.row_iter().map(|point| {
+        // Loops: nested adapters of iterators are not inlined.
+        let mut values = Vec::new();
+        for lengths in self.lengths.chunks(x.len().max(1)) {
+            for point in self.points.row_iter() {
                 let scaled = (0..lengths.len()).map(|d| (x[d] - point[d]) / lengths[d]);
-                (-0.5 * scaled.map(|s| s * s).sum::<f64>()).exp()
-            })
-        });
-        let monomial = |e: &Vec<i32>| x.iter().zip(e).map(|(x, &e)| x.powi(e)).product();
-        let monomials = self.exponents.iter().map(monomial);
-        RowDVector::from_vec(kernels.chain(monomials).collect())
+                values.push((-0.5 * scaled.map(|s| s * s).sum::<f64>()).exp());
+            }
+        }
+        let monomial = |e: &Vec<i32>| x.iter().zip(e).map(|(x, &e)| x.powi(e)).product::<f64>();
+        values.extend(self.exponents.iter().map(monomial));
+        RowDVector::from_vec(values)
     }
 
-    /// Derivatives of the functions at one point, a column per coordinate.
-    pub(super) fn slopes(&self, x: &RowDVector<f64>) -> DMatrix<f64> {
-        let (values, samples) = (self.at(x), self.points.nrows());
+    /// Derivatives of the functions at one point, where they have these values; a column per coordinate.
+    pub(super) fn slopes(&self, x: &RowDVector<f64>, values: &RowDVector<f64>) -> DMatrix<f64> {
+        let samples = self.points.nrows();
         DMatrix::from_fn(values.len(), x.len(), |function, d| {
             let Some(monomial) = function.checked_sub(values.len() - self.exponents.len()) else {
                 let distance = x[d] - self.points[(function % samples, d)];
                 return -values[function] * distance
                     / self.lengths[function / samples * x.len() + d].powi(2);
             };
-            let mut exponents = self.exponents[monomial].clone();
+            let exponents = &self.exponents[monomial];
+            let power = |k: usize| exponents[k] - i32::from(k == d && exponents[k] > 0);
             let factor = f64::from(exponents[d]);
-            exponents[d] = (exponents[d] - 1).max(0);
-            factor * x.iter().zip(exponents).map(|(x, e)| x.powi(e)).product::<f64>()
+            factor * (0..x.len()).map(|k| x[k].powi(power(k))).product::<f64>()
         })
     }
 

@@ -290,21 +290,22 @@ impl Conditional {
 
     /// Standard deviation of a new value at a point \[that of the process\] (Rasmussen & Williams, 2006, (2.42)).
     pub(super) fn deviation(&self, x: &RowDVector<f64>) -> f64 {
-        (self.nugget + self.variance(x).0.max(0.0)).sqrt()
+        (self.nugget + self.variance(&self.basis.at(x)).0.max(0.0)).sqrt()
     }
 
     /// [`Conditional::deviation`], and its derivatives by the coordinates of the point.
     pub(super) fn deviation_slopes(&self, x: &RowDVector<f64>) -> (f64, RowDVector<f64>) {
-        let (variance, by_functions) = self.variance(x);
+        let functions = self.basis.at(x);
+        let (variance, by_functions) = self.variance(&functions);
         let deviation = (self.nugget + variance.max(0.0)).sqrt();
         // Rounding takes the variance at a sample below zero.
         let factor = if variance > 0.0 { 0.5 / deviation } else { 0.0 };
-        (deviation, factor * by_functions.transpose() * self.basis.slopes(x))
+        (deviation, factor * by_functions.transpose() * self.basis.slopes(x, &functions))
     }
 
-    /// Variance of the process at a point, and its derivatives by the values of the basis there.
-    fn variance(&self, x: &RowDVector<f64>) -> (f64, DVector<f64>) {
-        let values = self.basis.at(x).transpose();
+    /// Variance of the process where the basis has these values, and its derivatives by them.
+    fn variance(&self, values: &RowDVector<f64>) -> (f64, DVector<f64>) {
+        let values = values.transpose();
         let samples = self.basis.points.nrows();
         let kernels = values.rows(0, samples).into_owned();
         let monomials = values.rows(samples, self.basis.exponents.len());
