@@ -36,8 +36,12 @@ impl NativeRuns {
         let output = |(name, unit, Rows(values)): Column| Output { name, unit, values };
         let outputs = outputs.into_iter().map(output).collect();
         let runs = Runs::new(&heads, thetas.0, outputs, |run| format!("run {run}"))?;
-        let Runs { parameters, thetas, outputs, mesh } = match mesh {
-            Some(mesh) => runs.on(mesh.make()?.0)?,
+        let made = mesh.map(NativeMesh::make).transpose()?;
+        if made.as_ref().is_some_and(|(_, report)| report.unused_nodes > 0) {
+            return Err("mesh: leave nodes of no cell out, there and in the displacements".into());
+        }
+        let Runs { parameters, thetas, outputs, mesh } = match made {
+            Some((mesh, _)) => runs.on(mesh)?,
             None => runs,
         };
         let fitted = relay::run(listener, move |observer| {

@@ -88,6 +88,8 @@ def test_displacements_on_a_mesh_are_emulated(bar: Case, tmp_path: Path) -> None
         emulator.page(tmp_path / "bar.txt")
     with pytest.raises(EmulatorError, match="numbers in a run"):
         Runs.of_fields(columns, fields[:, 1:], (bar.points, bar.cells), progress=False)
+    with pytest.raises(CaseError, match="leave nodes of no cell out"):
+        Runs.of_fields(columns, fields, (np.vstack([bar.points, [9.0, 9.0, 9.0]]), bar.cells), progress=False)
     # Runs in another order, by their labels.
     xarray, pandas = pytest.importorskip("xarray"), pytest.importorskip("pandas")
     labelled = xarray.DataArray(fields, dims=("run", "node", "axis"), coords={"run": range(12)})
