@@ -7,8 +7,10 @@ use sinew_mesh::TetMesh;
 
 /// Residual of conjugate gradients \[relative to the right-hand side\]: rounding errors of a factor leave as much.
 const ACCURACY: f64 = 1e-14;
-/// Most iterations, or the number of unknowns if that is larger: some 340 reach the accuracy with 289 000 nodes.
+/// Most iterations, or the number of unknowns if that is larger: some 170 reach the accuracy with 289 000 nodes.
 const MOST: usize = 3_000;
+/// Factor of over-relaxation. Iterations with 1, 1.5, 1.7 and 1.8: 154, 99, 92 and 98 with 28 000 nodes, 339, 205, 169 and 165 with 289 000.
+const RELAXATION: f64 = 1.7;
 
 /// The Laplace operator on linear tetrahedra.
 pub(super) struct Laplacian<'m> {
@@ -109,7 +111,7 @@ impl<'m> Laplacian<'m> {
     }
 }
 
-/// Solution by conjugate gradients with symmetric Gauss–Seidel steps as preconditioner, at the cost of a diagonal one (S. C. Eisenstat, SIAM J. Sci.
+/// Solution by conjugate gradients preconditioned by symmetric successive over-relaxation, at the cost of a diagonal one (S. C. Eisenstat, SIAM J. Sci.
 /// Stat. Comput. 2, 1981); `None` where they do not converge. The columns hold the entries of the upper half.
 fn solved(columns: Vec<Vec<(usize, f64)>>, right: &[f64]) -> Option<Vec<f64>> {
     let diagonal = |(at, column): (usize, &Vec<(usize, f64)>)| {
@@ -129,14 +131,16 @@ fn solved(columns: Vec<Vec<(usize, f64)>>, right: &[f64]) -> Option<Vec<f64>> {
         let range = starts[at]..starts[at + 1];
         rows[range.clone()].iter().map(|&row| row as usize).zip(&values[range])
     };
-    // (I + L)⁻¹ and (I + Lᵀ)⁻¹.
+    // (I/ω + L)⁻¹ and (I/ω + Lᵀ)⁻¹.
     let forward = |x: &mut [f64]| {
         for at in 0..x.len() {
-            x[at] -= row_of(at).map(|(row, entry)| entry * x[row]).sum::<f64>();
+            let known = row_of(at).map(|(row, entry)| entry * x[row]).sum::<f64>();
+            x[at] = RELAXATION * (x[at] - known);
         }
     };
     let backward = |x: &mut [f64]| {
         for at in (0..x.len()).rev() {
+            x[at] *= RELAXATION;
             let own = x[at];
             row_of(at).for_each(|(row, entry)| x[row] -= entry * own);
         }
@@ -144,7 +148,10 @@ fn solved(columns: Vec<Vec<(usize, f64)>>, right: &[f64]) -> Option<Vec<f64>> {
     let apply = |from: &[f64], to: &mut [f64]| {
         let mut inner = from.to_vec();
         backward(&mut inner);
-        to.iter_mut().zip(from).zip(&inner).for_each(|((to, x), y)| *to = x - y);
+        to.iter_mut()
+            .zip(from)
+            .zip(&inner)
+            .for_each(|((to, x), y)| *to = x - (2.0 / RELAXATION - 1.0) * y);
         forward(to);
         to.iter_mut().zip(&inner).for_each(|(to, y)| *to += y);
     };

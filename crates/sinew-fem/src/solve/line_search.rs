@@ -27,7 +27,7 @@ const POOR: f64 = 0.25;
 const MOST_CORRECTIONS: usize = 2;
 /// Steps shorter than this end the line search: the energy does not fall along the direction.
 const SHORTEST_STEP: f64 = 1e-8;
-/// Steps out of an indefinite stiffness are doubled up to this while the energy falls.
+/// Steps are doubled up to this while the energy falls.
 const LONGEST_STEP: f64 = 64.0;
 /// Least volume ratio after a step without a potential \[relative to the one before\].
 const LEAST_VOLUME: f64 = 0.3;
@@ -55,20 +55,21 @@ impl System<'_> {
 
     /// Takes a step along `direction`; returns its length, 0 if the search returned to the watchdog's state.
     ///
-    /// Steps with a shifted stiffness are too short; `stretched` allows longer ones. Second-order corrections follow where the energy falls too little.
+    /// Steps with a `shifted` stiffness, and those after a `slow` one, may be too short: they are doubled while the energy falls. Second-order corrections follow
+    /// where it falls too little.
     pub(crate) fn line_search(
         &self,
         search: &mut Search<'_>,
         direction: &[f64],
         promised: f64,
-        stretched: bool,
+        [shifted, slow]: [bool; 2],
     ) -> Option<f64> {
         let (energy, noise) = (self.assembly.energy, self.assembly.energy_noise);
         let mut length = 1.0;
         while length >= SHORTEST_STEP {
             let (mut reached, mut trial) = self.reach(search, direction, length);
             let mut lowered = reached <= energy - SUFFICIENT * length * promised + noise;
-            while lowered && stretched && length < LONGEST_STEP {
+            while lowered && (shifted || slow) && length < LONGEST_STEP {
                 let (farther, next) = self.reach(search, direction, 2.0 * length);
                 match farther < reached - noise {
                     true => (length, reached, trial) = (2.0 * length, farther, next),
@@ -101,7 +102,10 @@ impl System<'_> {
                 } else if search.watchdog.as_ref().is_some_and(|watch| reached < watch.energy) {
                     (search.rises, search.watchdog) = (0, None);
                 }
-                search.predicted = predicted.or_else(|| self.predicted(direction, length));
+                // Without a shift, stresses after twice the step have changed their sign by the linear model.
+                let beyond = length > 1.0 && !shifted;
+                let predict = || self.predicted(direction, length);
+                search.predicted = if beyond { None } else { predicted.or_else(predict) };
                 return Some(length);
             }
             if let Some(watch) = search.watchdog.take() {
