@@ -289,9 +289,12 @@ impl System<'_> {
         Some((change, shift.max(CONVEX)))
     }
 
-    /// [`System::factorise`] for the stiffness, or for that of convex cells where it is indefinite and the body not small.
+    /// [`System::factorise`] for the stiffness, or for that of convex cells where it is indefinite, the body not small, and pressures
+    /// are those of patches or moderate.
     fn factorised_convex(&mut self, search: &Search<'_>) -> Option<(f64, usize)> {
-        if self.method == Method::Aggregation || self.sparsity.unknowns() < FEW {
+        // Cells of their own pressure are no longer incompressible without its negative part.
+        let stiff = self.assembly.nearly_incompressible && self.body.patches.is_empty();
+        if self.method == Method::Aggregation || stiff || self.sparsity.unknowns() < FEW {
             return self.factorise(true);
         }
         self.iterates = false;
