@@ -105,7 +105,7 @@ fn long_sentences(text: &str) -> Vec<String> {
     let mut prose = String::new();
     for line in text.lines() {
         code ^= line.trim_start().starts_with("```");
-        let plain = !code && !line.starts_with(['|', '#']) && !line.trim().is_empty();
+        let plain = !code && !line.trim_start().starts_with(['|', '#']) && !line.trim().is_empty();
         // An item of a list is a sentence of its own.
         prose.push_str(if line.trim_start().starts_with(['-', '*']) { "\n" } else { "" });
         prose.push_str(if plain { line } else { "\n" });
