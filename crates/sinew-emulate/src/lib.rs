@@ -101,7 +101,7 @@ pub use sample::campaign::{Shard, ShardState, merge, simulate_shard};
 pub use sample::simulate::{
     Failure, MOST_COMPARED, Simulations, read_simulations, simulate, simulate_by,
 };
-pub use sample::{Design, share_of, split_seed};
+pub use sample::{Design, is_inside, share_of, split_seed};
 pub use sinew_energy::Body;
 pub use store::record::{Calibration, Candidate, Choice, CurvePoint, Kept, Record};
 

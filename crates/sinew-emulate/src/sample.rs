@@ -88,8 +88,9 @@ pub(crate) const WIDTH: f64 = 3.464_101_615_137_754_6;
 const SLACK: f64 = 1e-9;
 
 /// Whether a value is inside its range, but for rounding.
-pub(crate) fn is_inside(parameter: &Parameter, value: f64) -> bool {
-    (-SLACK..=1.0 + SLACK).contains(&share_of(parameter, value))
+pub fn is_inside(parameter: &Parameter, value: f64) -> bool {
+    let [low, high] = parameter.range;
+    (low..=high).contains(&value) || (-SLACK..=1.0 + SLACK).contains(&share_of(parameter, value))
 }
 
 fn check(parameter: &Parameter) -> Result<()> {

@@ -1,7 +1,7 @@
 //! θ from the command line and from tables.
 
 use crate::case::{advise, number_and_unit, stress};
-use sinew_emulate::share_of;
+use sinew_emulate::is_inside;
 use sinew_energy::{Body, Parameter, Unit, Units, requirement};
 use sinew_report::format::trimmed;
 use std::ops::RangeInclusive;
@@ -344,16 +344,10 @@ pub(crate) fn required(
     }
 }
 
-/// Rounding of a bound that went through a text \[share of its range, on the scale of the parameter\]: no reason to warn.
-const ROUNDING: f64 = 1e-9;
-
 /// Warnings about parameters outside their ranges.
 pub fn outside(parameters: &[Parameter], theta: &[f64]) -> Vec<String> {
     let say = |(parameter, value): (&Parameter, &f64)| {
-        let [low, high] = parameter.range;
-        let inside = (low..=high).contains(value)
-            || (-ROUNDING..=1.0 + ROUNDING).contains(&share_of(parameter, *value));
-        (!inside).then(|| {
+        (!is_inside(parameter, *value)).then(|| {
             let value = said(parameter, *value, 12);
             format!("{} = {value} is outside its range {}", parameter.name, range(parameter))
         })

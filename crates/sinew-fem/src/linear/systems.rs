@@ -166,8 +166,8 @@ impl System<'_> {
 
 /// Method for the linear systems of a body with a potential, while Newton's method searches for its minimum.
 ///
-/// Both meet the same accuracy of equilibria. The factor counts negative eigenvalues of each stiffness; conjugate gradients leave that to one
-/// factor at the solution.
+/// Both meet the same accuracy of equilibria. A factor tells whether each stiffness is positive definite. Negative eigenvalues are
+/// counted at the solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Method {

@@ -20,9 +20,9 @@ pub struct Iteration {
     pub least_volume_ratio: f64,
     /// The cell that has it.
     pub worst_cell: usize,
-    /// Fraction of the Newton step that was taken from here; 0 when none was.
+    /// Multiple of the Newton step that was taken from here, above 1 where it was doubled; 0 when none was.
     pub step: f64,
-    /// Multiple of the mean diagonal that made the stiffness positive definite, 1e-6 where cells without negative eigenvalues did; 0 when it was.
+    /// Multiple of the mean diagonal that made the stiffness positive definite, 1e-6 where tangents without negative eigenvalues did; 0 when it was.
     pub shift: f64,
 }
 

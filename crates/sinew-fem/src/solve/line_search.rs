@@ -102,7 +102,7 @@ impl System<'_> {
                 } else if search.watchdog.as_ref().is_some_and(|watch| reached < watch.energy) {
                     (search.rises, search.watchdog) = (0, None);
                 }
-                // Without a shift, stresses after twice the step have changed their sign by the linear model.
+                // By the linear model, exponential stresses change their sign over twice an unshifted step.
                 let beyond = length > 1.0 && !shifted;
                 let predict = || self.predicted(direction, length);
                 search.predicted = if beyond { None } else { predicted.or_else(predict) };

@@ -75,7 +75,7 @@ pub(crate) struct Search<'a> {
     pub negative_pivots: Option<usize>,
     /// Residual of the step before \[stress·length²\], 0 at first.
     pub last_residual: f64,
-    /// Whether the last step was no full one of an unshifted stiffness: the next stiffness is unlike it.
+    /// Whether the last step was shorter than a full one, or of a shifted stiffness: the next stiffness is unlike it.
     pub stale: bool,
     pub linear_iterations: usize,
     pub jumped: bool,

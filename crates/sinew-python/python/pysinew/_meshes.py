@@ -37,8 +37,8 @@ BY_NODES = {3: "triangle", 4: "tetra", 6: "triangle6", 8: "hexahedron", 10: "tet
 class Blocks:
     """A mesh while it is put together, with the places of its blocks among all cells."""
 
-    def __init__(self, points: Any) -> None:
-        array = floats(by_axes(points, "mesh: points"), "mesh: points")
+    def __init__(self, points: Any, unit: str | None = None) -> None:
+        array = floats(by_axes(points, "mesh: points", unit), "mesh: points")
         labels = list(points.index) if hasattr(points, "columns") else []
         if labels != list(range(len(labels))) and sorted(map(str, labels)) == sorted(map(str, range(len(labels)))):
             raise CaseError("mesh: rows of points are not in the order of their labels, which cells refer to; sort them (sort_index)")
@@ -96,8 +96,9 @@ def read(
     node_sets: Mapping[str, Any] | None = None,
     facet_sets: Mapping[str, Any] | None = None,
     merge: bool = False,
+    unit: str | None = None,
 ) -> NativeMesh:
-    """A mesh of meshio or pyvista, or (points, cells), with further sets, and nodes at one place made one."""
+    """A mesh of meshio or pyvista, or (points, cells) in a unit of length, with further sets, and nodes at one place made one."""
     if hasattr(mesh, "celltypes") and hasattr(mesh, "cells_dict"):
         blocks = _from_pyvista(mesh)
     elif hasattr(mesh, "cast_to_unstructured_grid"):
@@ -105,7 +106,7 @@ def read(
     elif hasattr(mesh, "points") and hasattr(mesh, "cells"):
         blocks = _from_meshio(mesh)
     elif isinstance(mesh, tuple) and len(mesh) == 2:
-        blocks = _from_arrays(*mesh)
+        blocks = _from_arrays(*mesh, unit)
     else:
         raise CaseError(
             f"mesh: a {type(mesh).__name__} is no mesh; give one of meshio or pyvista, (points, cells), the path of a file, or keys "
@@ -136,8 +137,8 @@ def _named(sets: Any, what: str) -> Mapping[str, Any]:
     return sets
 
 
-def _from_arrays(points: Any, cells: Any) -> Blocks:
-    blocks = Blocks(points)
+def _from_arrays(points: Any, cells: Any, unit: str | None) -> Blocks:
+    blocks = Blocks(points, unit)
     if isinstance(cells, Mapping):
         cells = list(cells.items())
     if isinstance(cells, list) and cells and isinstance(cells[0], tuple) and isinstance(cells[0][0], str):

@@ -124,10 +124,10 @@ def labels_of(value: Any) -> Union[list[list[Any]], None]:
     return None
 
 
-def by_axes(values: Any, what: str) -> Any:
+def by_axes(values: Any, what: str, unit: str | None = None) -> Any:
     """Vectors along the last axis as x, y, z: by the labels of that axis where it has any, else by place."""
-    if (unit := head("", values)[2:-1]) not in ("", "mm"):
-        raise CaseError(f"{what}: they are in {unit}; give their values alone, and unit={unit!r} beside them")
+    if (own := head("", values)[2:-1]) not in ("", unit or "mm"):
+        raise CaseError(f"{what}: they are in {own}; give unit={own!r} beside them")
     labels = list(values.columns) if hasattr(values, "columns") else (labels_of(values) or [[]])[-1]
     if not labels or labels == list(range(len(labels))):
         return values
@@ -151,7 +151,7 @@ def text(name: str, value: Any) -> str:
 def head(name: Any, value: Any) -> str:
     """A name with its unit, such as `p [mmHg]`: its own, or that which an array of xarray carries."""
     unit = getattr(value, "attrs", {}).get("units", "1")
-    return str(name) if unit == "1" or "[" in str(name) else f"{name} [{unit}]"
+    return str(name) if unit in ("1", "", None) or "[" in str(name) else f"{name} [{unit}]"
 
 
 def pairs(theta: Mapping[str, Any]) -> list[tuple[str, str]]:

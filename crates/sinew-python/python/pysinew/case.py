@@ -136,7 +136,7 @@ class Case:
                 raise CaseError(f"unit = {unit!r}, but the keys of the mesh have {keys_of_mesh['unit']!r}; give one")
             source = {**keys_of_mesh, **source, **({"merge": True} if merge else {})}
         else:
-            given = _meshes.read(mesh, node_sets, facet_sets, merge)
+            given = _meshes.read(mesh, node_sets, facet_sets, merge, unit)
         if given is None and (node_sets or facet_sets):
             raise CaseError("node_sets and facet_sets belong to a mesh in memory; name sets of another by place with `select`")
         keys["mesh"] = source

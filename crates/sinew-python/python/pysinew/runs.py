@@ -66,7 +66,7 @@ class Runs:
     @staticmethod
     def of_fields(theta: Any, displacements: Any, mesh: Any, *, unit: str = "1", progress: ProgressArgument = None) -> Runs:
         """From displacements (runs, nodes, 3) on a mesh of meshio or pyvista, or (points, cells), in its unit, which `unit` may name."""
-        array = floats(_theta.by_axes(displacements, "displacements"), "displacements")
+        array = floats(_theta.by_axes(displacements, "displacements", None if unit == "1" else unit), "displacements")
         if array.ndim != 3 or array.shape[2] != 3:
             raise CaseError(f"displacements of shape {array.shape}; give (runs, nodes, 3)")
         results = [("displacement", unit, array.reshape(len(array), -1))]

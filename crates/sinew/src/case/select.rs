@@ -78,7 +78,7 @@ struct Near {
 type Scale<'s> = &'s dyn Fn(&TriangleMesh, &ReadReport) -> Result<f64, String>;
 
 /// Largest ratio of the sizes of mesh and surface that are in one unit.
-const MOST_APART: f64 = 50.0;
+const MOST_APART: f64 = 200.0;
 
 impl Select {
     /// Makes the files of surfaces relative to a folder.

@@ -1,6 +1,5 @@
 //! Supports.
 
-use super::fibres::field_of;
 use super::mesh::by_place;
 use super::source::{Exactly, Result, Source, advise};
 use nalgebra::{Unit, Vector3};
@@ -147,7 +146,6 @@ pub(super) fn add_node_set(mesh: &mut AnyMesh, name: &str) -> Result<(), String>
     let nodes = if let Some(facets) = mesh.facet_sets().get(name) {
         ascending(facets.iter().flat_map(|&facet| mesh.nodes_of_facet(facet)))
     } else if mesh.point_fields().contains_key(name) {
-        field_of(mesh, name)?;
         mesh.nodes_where_nonzero(name).map_err(|error| error.to_string())?
     } else {
         let sets = mesh.node_sets().keys().chain(mesh.facet_sets().keys());

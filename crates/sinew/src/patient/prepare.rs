@@ -71,7 +71,7 @@ impl PatientFile {
                 let keys = ["phases", phase, name];
                 source.refuse_if(known().all(|other| other != name), &keys, || {
                     let advice = advise(name, known(), "those that are not known");
-                    format!("no load or other stress `{name}` is left to set{advice}")
+                    format!("a phase sets loads and other stresses that are not known, and `{name}` is none{advice}")
                 })?;
                 let value = match quantity {
                     Quantity::Number(n) => {

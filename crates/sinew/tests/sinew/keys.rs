@@ -152,9 +152,7 @@ fn factors_are_read_from_fields_of_cells_and_of_nodes() {
     const TWO: &str = "a field `both` of cells and one of nodes; rename";
     let fibres =
         text("nodal").replace("fibres.direction = [1.0, 0.0, 0.0]", "fibres.field = \"both\"");
-    let support = text("nodal").replace("nodes = \"x_min\", x = 0.0", "clamped = \"both\"");
-    let field =
-        [(text("both"), "stiffness.field"), (fibres, "fibres.field"), (support, "supports.0")];
+    let field = [(text("both"), "stiffness.field"), (fibres, "fibres.field")];
     field.iter().for_each(|(text, key)| refusal(text, &[key, TWO]));
     refusal(
         &format!("mesh.keep = []\n{}", text("nodal")),
