@@ -132,7 +132,7 @@ impl MeshSource {
         } else {
             format!(
                 "fill it with tetrahedra first: between the surfaces of a ventricle by `sinew mesh ventricle`, others, which must be \
-                 closed (open edges of its rim: {rim}), for example by gmsh, TetGen or fTetWild"
+                 closed ({rim} edges of its rim are open), for example by gmsh, TetGen or fTetWild"
             )
         };
         let (file, count) = (file.display(), mesh.cell_count());

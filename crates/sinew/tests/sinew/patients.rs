@@ -102,12 +102,16 @@ fn mistakes_are_refused_with_their_place() {
     );
     says("p = \"16 mmHg\"", "p = 16.0", &["phases.high.p", "the unit is missing", "16 mmHg"]);
     says("p = \"16 mmHg\"", "p = \"16 bar\"", &["`bar` is not a unit of stress"]);
-    says("p = \"16 mmHg\"", "q = \"16 mmHg\"", &["no load or other stress `q`", "a, a_f, p"]);
+    says(
+        "p = \"16 mmHg\"",
+        "q = \"16 mmHg\"",
+        &["a phase sets loads and other stresses that are not known, and `q` is none", "a, a_f, p"],
+    );
     // A number without a unit is no stress.
     let free = PATIENT.replace("b = 2.0,", "b = [1.0, 4.0],");
     let free = free.replace("p = \"16 mmHg\"", "p = \"16 mmHg\"\nb = \"2 kPa\"");
     let told = PatientFile::parse(&free, "p.toml").and_then(|file| file.prepare()).expect_err("b");
-    assert!(told.to_string().contains("no load or other stress `b`"), "{told}");
+    assert!(told.to_string().contains("and `b` is none"), "{told}");
     says("[phases.high]", "[phases.low]", &["`low` is there twice"]);
     says(
         "phase = \"high\"\nvalue = ",
