@@ -50,6 +50,7 @@ mod predictive;
 mod problem;
 mod setting;
 mod solves;
+mod surrogate;
 mod wall;
 
 pub use calibrate::{CalibrateOptions, calibrate, check_identifiability};
@@ -65,4 +66,5 @@ pub use predictive::{DatumCheck, Predictive};
 pub use problem::{Datum, Kind, Prior, Problem, Unknown};
 pub use setting::Setting;
 pub use solves::{Answer, Solves};
+pub use surrogate::Surrogate;
 pub use wall::{Segments, WallCoordinates};

@@ -31,15 +31,28 @@ impl Noise {
             let shares = DVector::from_fn(count, |at, _| share(at));
             covariance += &shares * shares.transpose();
         }
-        let factor = Cholesky::new(covariance).expect("positive variances on the diagonal");
+        Self::of(covariance).expect("positive variances on the diagonal")
+    }
+
+    /// Noise of a covariance, if it is positive definite.
+    pub(crate) fn of(covariance: DMatrix<f64>) -> Option<Self> {
+        let factor = Cholesky::new(covariance)?;
         let log_determinant = 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum();
-        Self { factor, log_determinant }
+        Some(Self { factor, log_determinant })
     }
 
     /// Logarithm of the likelihood of r, up to a constant, and Σ⁻¹ r.
     pub(crate) fn log_likelihood(&self, residual: &DVector<f64>) -> (f64, DVector<f64>) {
         let solved = self.factor.solve(residual);
         (-0.5 * (self.log_determinant + residual.dot(&solved)), solved)
+    }
+
+    /// Logarithm of the density of each datum, given the others.
+    pub(crate) fn one_by_one(&self, residual: &DVector<f64>) -> Vec<f64> {
+        let precision = self.factor.inverse();
+        let solved = &precision * residual;
+        let of = |(own, solved): (&f64, &f64)| 0.5 * ((own / TAU).ln() - solved.powi(2) / own);
+        precision.diagonal().iter().zip(&solved).map(of).collect()
     }
 }
 
@@ -67,14 +80,9 @@ impl Problem {
 
     /// Logarithm of the density of each datum, in its own unit, given the parameters and, where errors are shared, the other data.
     pub(crate) fn log_likelihoods(&self, y: &[f64], observed: &[f64]) -> Vec<f64> {
-        let precision = self.noise(y).factor.inverse();
-        let solved = &precision * self.residual(observed);
-        let of = |(at, datum): (usize, &Datum)| {
-            let own = precision[(at, at)];
-            let unit = datum.slope(datum.value) * datum.size;
-            0.5 * (own / TAU).ln() - 0.5 * solved[at].powi(2) / own + unit.ln()
-        };
-        self.data.iter().enumerate().map(of).collect()
+        let found = self.noise(y).one_by_one(&self.residual(observed));
+        let unit = |datum: &Datum| (datum.slope(datum.value) * datum.size).ln();
+        found.iter().zip(&self.data).map(|(found, datum)| found + unit(datum)).collect()
     }
 
     /// Logarithm of the posterior density of coordinates with the observables that a model has there, up to a constant.

@@ -71,17 +71,17 @@ pub(crate) fn modes(
     found.retain(|mode| 2.0 * (best - mode.log_posterior) < NEGLIGIBLE);
     let mut apart: Vec<Mode> = Vec::new();
     for mode in found {
-        if apart.iter().all(|other| distance(&mode, other) > APART) {
+        if apart.iter().all(|other| distance(&mode.y, &other.y, &other.precision) > APART) {
             apart.push(mode);
         }
     }
     Ok(apart)
 }
 
-/// Distance in posterior standard deviations of the second.
-fn distance(a: &Mode, b: &Mode) -> f64 {
-    let step = DVector::from_fn(a.y.len(), |at, _| a.y[at] - b.y[at]);
-    step.dot(&(&b.precision * &step)).sqrt()
+/// Distance of coordinates in standard deviations of a posterior about the second, by its precision.
+pub(crate) fn distance(y: &[f64], about: &[f64], precision: &DMatrix<f64>) -> f64 {
+    let step = DVector::from_fn(y.len(), |at, _| y[at] - about[at]);
+    step.dot(&(precision * &step)).sqrt()
 }
 
 /// One search.

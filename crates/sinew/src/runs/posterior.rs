@@ -3,33 +3,14 @@
 use crate::case::advise;
 use crate::report::format::{digits, digits_beside};
 use crate::theta::{heads, values_in_words};
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-use rand::SeedableRng;
-use rand::rngs::ChaCha8Rng;
 use serde::Deserialize;
-use sinew_calibrate::{CalibrateError, Identified};
-use sinew_emulate::{Counter, Emulated, Observer, RunsEmulator};
+use sinew_calibrate::{CalibrateError, Identified, Surrogate};
+use sinew_emulate::{Counter, Observer, RunsEmulator};
 use sinew_energy::Unit;
-use sinew_sample::{
-    ArvizDict, Chains, Laplace, LogDensity, NutsOptions, effective_share, nuts_from, psis,
-    standard_normals,
-};
-use statrs::distribution::{Continuous, ContinuousCDF, Normal};
-use std::f64::consts::TAU;
+use sinew_sample::{ArvizDict, Chains, Laplace, NutsOptions, effective_share, nuts_from, psis};
+use statrs::distribution::{ContinuousCDF, Normal};
 use std::sync::{Mutex, PoisonError};
 
-/// Draws of the prior that searches for a mode start from, at [`STARTS`] of them: the likeliest, then each time the likeliest that is
-/// [`SPREAD`] from those before \[prior standard deviations\]. The likeliest alone may all climb one mode.
-const PRIOR_DRAWS: usize = 400;
-const STARTS: usize = 16;
-const SPREAD: f64 = 0.3;
-/// Steps of a search, and the gain of the log density that ends it.
-const STEPS: usize = 100;
-const CONVERGED: f64 = 1e-6;
-/// Logarithm of the mass of the best mode over that of a mode, by Laplace's method, above which the mode is dropped: it has less than 1 %.
-const NEGLIGIBLE: f64 = 4.6;
-/// Distance above which two modes are distinct \[posterior standard deviations\].
-const APART: f64 = 3.0;
 /// R̂ above which chains disagree.
 const DISAGREE: f64 = 1.05;
 /// Misfits at the mode \[standard deviations\] from which on a value is doubtful, and refused.
@@ -111,7 +92,8 @@ impl RunsPosterior {
             return Err(CalibrateError::Input(few));
         }
         let target = Target::new(emulator, data).map_err(CalibrateError::Input)?;
-        let modes = target.modes(options.seed);
+        let density = &target.density;
+        let modes = density.modes(options.seed);
         let chains = CalibrateError::NoPosterior;
         let nowhere = "the density is not finite anywhere in the prior";
         let (best, precision) = modes.first().ok_or_else(|| chains(nowhere.into()))?;
@@ -123,21 +105,21 @@ impl RunsPosterior {
         let steps = options.chains * (options.warmup + options.draws);
         let counter = Mutex::new(Counter::new(observer, "draw the posterior", 0, steps));
         let told = || counter.lock().unwrap_or_else(PoisonError::into_inner).step(1, "");
-        let coordinates = nuts_from(&target, &about, &starts, &options, &told)?;
+        let coordinates = nuts_from(density, &about, &starts, &options, &told)?;
         counter.into_inner().unwrap_or_else(PoisonError::into_inner).finish("done");
         target.agree(&coordinates, &starts).map_err(chains)?;
         warnings.extend(target.ends(&coordinates));
         let values =
-            |y: &[f64]| target.at(y).iter().flat_map(|of| [of.value, of.deviation]).collect();
+            |y: &[f64]| density.at(y).iter().flat_map(|of| [of.value, of.deviation]).collect();
         let left = emulator.left_out();
         let outputs = coordinates.mapped(values);
-        let found = outputs.mapped(|outputs| target.log_likelihoods(outputs));
+        let found = outputs.mapped(|outputs| density.log_likelihoods(outputs));
         Ok(Self {
             log_likelihoods: found.mapped(|all| all[..data.len()].to_vec()),
             log_weights: found.mapped(|all| all[data.len()..].to_vec()),
             outputs,
-            errors: target.at(best).iter().map(|of| of.deviation).collect(),
-            draws: coordinates.mapped(|y| target.theta(y)),
+            errors: density.at(best).iter().map(|of| of.deviation).collect(),
+            draws: coordinates.mapped(|y| density.theta(y)),
             warnings,
             data: data.to_vec(),
             units: target.places.iter().map(|&place| left[place].unit.as_str().into()).collect(),
@@ -203,15 +185,13 @@ impl RunsPosterior {
     }
 }
 
-/// The posterior density in coordinates whose prior is standard normal.
+/// The posterior density with the names of its data.
 struct Target<'a> {
     emulator: &'a RunsEmulator,
     data: &'a [Measured],
+    density: Surrogate<'a>,
     /// Places of the data among the outputs.
     places: Vec<usize>,
-    /// Correlation of the emulator's errors of the data.
-    correlation: DMatrix<f64>,
-    normal: Normal,
 }
 
 impl<'a> Target<'a> {
@@ -241,146 +221,15 @@ impl<'a> Target<'a> {
             })
         };
         let places: Vec<usize> = data.iter().map(place).collect::<Result<_, _>>()?;
-        let correlation = |i: usize, j: usize| emulator.correlation(places[i], places[j]);
-        let correlation = DMatrix::from_fn(data.len(), data.len(), correlation);
-        Ok(Self { emulator, data, places, correlation, normal: Normal::standard() })
-    }
-
-    fn shares(&self, y: &[f64]) -> Vec<f64> {
-        y.iter().map(|y| self.normal.cdf(*y)).collect()
-    }
-
-    fn theta(&self, y: &[f64]) -> Vec<f64> {
-        let parameters = self.emulator.parameters.iter().zip(self.shares(y));
-        parameters.map(|(parameter, share)| parameter.at_share(share)).collect()
-    }
-
-    /// Emulated outputs of the data.
-    fn at(&self, y: &[f64]) -> Vec<Emulated> {
-        self.emulator.at_shares(&self.shares(y), &self.places)
-    }
-
-    /// Covariance of the errors of the data, factorised, and the part of it by the emulator's correlation R and deviations: R D.
-    fn noise(&self, deviations: &[f64]) -> Option<(Cholesky<f64, Dyn>, DMatrix<f64>)> {
-        let count = self.data.len();
-        let one = |i: usize, j: usize| self.correlation[(i, j)] * deviations[j];
-        let shared = DMatrix::from_fn(count, count, one);
-        let own = |i: usize, j: usize| if i == j { self.data[i].sd.powi(2) } else { 0.0 };
-        let covariance =
-            DMatrix::from_fn(count, count, |i, j| deviations[i] * shared[(i, j)] + own(i, j));
-        Some((covariance.cholesky()?, shared))
-    }
-
-    /// Logarithm of the density, its gradient, and Gauss and Newton's precision.
-    fn expand(&self, y: &[f64]) -> (f64, DVector<f64>, DMatrix<f64>) {
-        let (count, data) = (y.len(), self.data.len());
-        let slope: Vec<f64> = y.iter().map(|y| self.normal.pdf(*y)).collect();
-        let prior = -DVector::from_column_slice(y);
-        let found = self.at(y);
-        let deviations: Vec<f64> = found.iter().map(|of| of.deviation).collect();
-        let Some((factor, shared)) = self.noise(&deviations) else {
-            return (f64::NEG_INFINITY, prior, DMatrix::identity(count, count));
-        };
-        let residual = DVector::from_fn(data, |i, _| self.data[i].value - found[i].value);
-        let (weighted, inverse) = (factor.solve(&residual), factor.inverse());
-        // In the deviations δ: ½ αᵀ Σ' α − ½ tr(Σ⁻¹ Σ') with α = Σ⁻¹ r and Σ = S² + D R D.
-        let pulled = &shared * &weighted;
-        let by_deviation =
-            |i: usize| weighted[i] * pulled[i] - shared.row(i).transpose().dot(&inverse.column(i));
-        let by_deviation = DVector::from_fn(data, |i, _| by_deviation(i));
-        let by_value = DMatrix::from_fn(data, count, |i, d| slope[d] * found[i].value_slopes[d]);
-        let of_deviations =
-            DMatrix::from_fn(data, count, |i, d| slope[d] * found[i].deviation_slopes[d]);
-        let log_determinant = factor.l_dirty().diagonal().map(f64::ln).sum();
-        let value = -0.5 * (prior.norm_squared() + residual.dot(&weighted)) - log_determinant;
-        let gradient = prior + by_value.tr_mul(&weighted) + of_deviations.tr_mul(&by_deviation);
-        let precision = DMatrix::identity(count, count) + by_value.tr_mul(&(inverse * &by_value));
-        (value, gradient, precision)
-    }
-
-    /// Logarithm of the density of each datum at outputs and deviations, given the parameters and the other data. Last, that of the
-    /// likelihood by an emulator without errors over that with them, but for a constant.
-    fn log_likelihoods(&self, outputs: &[f64]) -> Vec<f64> {
-        let (pairs, _) = outputs.as_chunks::<2>();
-        let deviations: Vec<f64> = pairs.iter().map(|[_, deviation]| *deviation).collect();
-        let Some((factor, _)) = self.noise(&deviations) else {
-            return vec![f64::NEG_INFINITY; pairs.len() + 1];
-        };
-        let precision = factor.inverse();
-        let residual = DVector::from_fn(pairs.len(), |i, _| self.data[i].value - pairs[i][0]);
-        let weighted = &precision * &residual;
-        let one = |i: usize| {
-            let own = precision[(i, i)];
-            0.5 * ((own / TAU).ln() - weighted[i].powi(2) / own)
-        };
-        let exact = residual.iter().zip(self.data).map(|(r, datum)| (r / datum.sd).powi(2));
-        let log_determinant: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
-        let weight = 0.5 * (residual.dot(&weighted) - exact.sum::<f64>()) + log_determinant;
-        (0..pairs.len()).map(one).chain([weight]).collect()
-    }
-
-    /// Distinct modes with their precisions, the best first.
-    fn modes(&self, seed: u64) -> Vec<(Vec<f64>, DMatrix<f64>)> {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let count = self.emulator.parameters.len();
-        let draw = |_| DVector::from_vec(standard_normals(count, &mut random));
-        let mut starts: Vec<_> =
-            (0..PRIOR_DRAWS).map(draw).map(|y| (self.expand(y.as_slice()).0, y)).collect();
-        starts.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let climb = |y: DVector<f64>| {
-            let (value, y, precision) = self.climb(y)?;
-            let half_log_determinant =
-                precision.clone().cholesky()?.l().diagonal().map(f64::ln).sum();
-            Some((value - half_log_determinant, y, precision))
-        };
-        let mut apart: Vec<DVector<f64>> = Vec::new();
-        for (_, y) in starts {
-            if apart.len() < STARTS && apart.iter().all(|other| (other - &y).norm() > SPREAD) {
-                apart.push(y);
-            }
-        }
-        let mut found: Vec<_> = apart.into_iter().filter_map(climb).collect();
-        found.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let best = found.first().map_or(0.0, |mode| mode.0);
-        let mut apart: Vec<(Vec<f64>, DMatrix<f64>)> = Vec::new();
-        for (_, y, precision) in found.into_iter().take_while(|mode| best - mode.0 < NEGLIGIBLE) {
-            let is_apart = |(other, precision): &(Vec<f64>, DMatrix<f64>)| {
-                let step = &y - DVector::from_column_slice(other);
-                step.dot(&(precision * &step)) > APART * APART
-            };
-            if apart.iter().all(is_apart) {
-                apart.push((y.as_slice().to_vec(), precision));
-            }
-        }
-        apart
-    }
-
-    /// A maximum by Levenberg's and Marquardt's method (Nocedal and Wright, 10.3).
-    fn climb(&self, mut y: DVector<f64>) -> Option<(f64, DVector<f64>, DMatrix<f64>)> {
-        let (mut value, mut gradient, mut precision) = self.expand(y.as_slice());
-        let mut damping = 1e-2;
-        for _ in 0..STEPS {
-            let damped = &precision + DMatrix::from_diagonal(&(damping * precision.diagonal()));
-            let next = &y + damped.cholesky()?.solve(&gradient);
-            let found = self.expand(next.as_slice());
-            let gain = found.0 - value;
-            if gain > 0.0 {
-                (y, (value, gradient, precision)) = (next, found);
-                damping *= 0.1;
-            } else {
-                damping *= 10.0;
-            }
-            if gain.abs() < CONVERGED {
-                break;
-            }
-        }
-        value.is_finite().then_some((value, y, precision))
+        let data_at = places.iter().zip(data).map(|(&place, of)| (place, of.value, of.sd));
+        let density = Surrogate::new(emulator, data_at.collect());
+        Ok(Self { emulator, data, density, places })
     }
 
     /// Warnings about the data at the mode; refuses a value that it misses.
     fn judge(&self, y: &[f64]) -> Result<Vec<String>, String> {
         let mut warnings = Vec::new();
-        for (datum, found) in self.data.iter().zip(self.at(y)) {
+        for (datum, found) in self.data.iter().zip(self.density.at(y)) {
             let Measured { output, value, sd } = datum;
             let misfit = ((value - found.value) / sd.hypot(found.deviation)).abs();
             let said = format!(
@@ -388,7 +237,7 @@ impl<'a> Target<'a> {
                 digits_beside(found.value, *sd, 4)
             );
             if misfit > OUT_OF_REACH {
-                let at = values_in_words(&self.emulator.parameters, &self.theta(y));
+                let at = values_in_words(&self.emulator.parameters, &self.density.theta(y));
                 return Err(format!(
                     "{said} ({at}); look at its unit and at the other data, or add runs"
                 ));
@@ -413,7 +262,7 @@ impl<'a> Target<'a> {
             if r_hat <= DISAGREE {
                 continue;
             }
-            let likely = |y: &Vec<f64>| values_in_words(parameters, &self.theta(y));
+            let likely = |y: &Vec<f64>| values_in_words(parameters, &self.density.theta(y));
             let cure = match modes {
                 [_] => "draw more".into(),
                 _ => {
@@ -428,8 +277,9 @@ impl<'a> Target<'a> {
 
     /// Warnings about ends of ranges towards which the posterior rises.
     fn ends(&self, coordinates: &Chains) -> Vec<String> {
+        let normal = Normal::standard();
         let rises = |place: usize| {
-            let shares = coordinates.pooled().map(|y| self.normal.cdf(y[place]));
+            let shares = coordinates.pooled().map(|y| normal.cdf(y[place]));
             let mut counts = [[0.0; 2]; 2];
             for share in shares {
                 for (counts, from_end) in counts.iter_mut().zip([share, 1.0 - share]) {
@@ -446,17 +296,5 @@ impl<'a> Target<'a> {
         rising
             .map(|(_, name)| format!("{name} is most likely at an end of its range in the runs; runs beyond it may be more likely"))
             .collect()
-    }
-}
-
-impl LogDensity for Target<'_> {
-    fn dimension(&self) -> usize {
-        self.emulator.parameters.len()
-    }
-
-    fn value_and_gradient(&self, y: &[f64], gradient: &mut [f64]) -> f64 {
-        let (value, slopes, _) = self.expand(y);
-        gradient.copy_from_slice(slopes.as_slice());
-        value
     }
 }
