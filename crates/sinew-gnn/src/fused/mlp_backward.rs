@@ -45,7 +45,10 @@ pub(crate) fn backward(
         activations,
         cotangent,
         needed,
-        layer: FirstLayer::new(sources, &activations.products, parameters),
+        layer: activations
+            .first
+            .is_empty()
+            .then(|| FirstLayer::new(sources, &activations.products, parameters)),
         second_weight: recomputed.then(|| Panels::new(parameters.weights[1], second)),
         second_transposed: Panels::transposed(parameters.weights[1], second),
         third_transposed: Panels::transposed(parameters.weights[2], outputs),
@@ -64,8 +67,8 @@ pub(crate) fn backward(
         pass.group(rows, &mut split(&mut sums, &sizes), d_first);
         sums
     };
-    let partial: Vec<Buffer> = groups.into_par_iter().map(group).collect();
-    let mut sums = Buffer::zeros(length);
+    let mut partial: Vec<Buffer> = groups.into_par_iter().map(group).collect();
+    let mut sums = if partial.is_empty() { Buffer::zeros(length) } else { partial.remove(0) };
     sums.par_chunks_mut(NUMBERS_PER_TASK).enumerate().for_each(|(task, sums)| {
         let groups = partial.iter().map(|group| &group[task * NUMBERS_PER_TASK..]);
         groups.for_each(|group| add_into(sums, group));
@@ -87,8 +90,8 @@ struct Pass<'a> {
     activations: &'a Activations,
     cotangent: &'a [f32],
     needed: &'a [bool],
-    layer: FirstLayer<'a>,
-    /// Recomputes a second layer that was not kept.
+    /// Recompute hidden layers that were not kept.
+    layer: Option<FirstLayer<'a>>,
     second_weight: Option<Panels>,
     second_transposed: Panels,
     third_transposed: Panels,
@@ -149,15 +152,21 @@ impl Pass<'_> {
         for start in rows.clone().step_by(tile) {
             let here = start..(start + tile).min(rows.end);
             let (count, offset) = (here.len(), start - rows.start);
+            let d_first = match kept.is_empty() {
+                true => &mut d_first[..count * first],
+                false => &mut kept[offset * first..(offset + count) * first],
+            };
+            // Rows that no output depends on, as the last messages between nodes that are not decoded.
+            let cotangent = &self.cotangent[here.start * outputs..here.end * outputs];
+            if cotangent.iter().all(|c| *c == 0.0) {
+                d_first.fill(0.0);
+                continue;
+            }
             let hidden_first = self.first_hidden(&here, &mut first_again[..count * first]);
             let hidden_second =
                 self.second_hidden(&here, hidden_first, &mut second_again[..count * second]);
             let d_second = &mut d_second[..count * second];
             self.last_layer(&here, hidden_second, sums, &mut d_output[..count * outputs], d_second);
-            let d_first = match kept.is_empty() {
-                true => &mut d_first[..count * first],
-                false => &mut kept[offset * first..(offset + count) * first],
-            };
             self.second_layer(hidden_first, sums, d_second, d_first);
             self.sources(&here, d_first, &mut sums[TAIL..]);
         }
@@ -165,8 +174,8 @@ impl Pass<'_> {
 
     fn first_hidden<'s>(&'s self, rows: &Range<usize>, scratch: &'s mut [f32]) -> &'s [f32] {
         let width = self.parameters.biases[0].len();
-        if self.activations.first.is_empty() {
-            self.layer.evaluate(self.parameters, rows.start, scratch);
+        if let Some(layer) = &self.layer {
+            layer.evaluate(self.parameters, rows.start, scratch);
             return scratch;
         }
         &self.activations.first[rows.start * width..rows.end * width]

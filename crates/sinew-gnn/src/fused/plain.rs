@@ -60,12 +60,12 @@ pub fn concatenated<const R: usize>(parts: Vec<Tensor<R>>, axis: usize) -> Tenso
     // Each row is that of all parts after each other.
     let rows: usize = shape[..axis].iter().product();
     apply(parts.into_iter().map(Tensor::into_dispatch).collect(), move |parts, _| {
-        let widths = parts.iter().map(|part| part.values().len() / rows.max(1));
-        let widths: Vec<usize> = widths.collect();
+        let parts: Vec<&[f32]> = parts.iter().map(HostTensor::values).collect();
+        let widths: Vec<usize> = parts.iter().map(|part| part.len() / rows.max(1)).collect();
         let mut output = Vec::with_capacity(shape.iter().product());
         for row in 0..rows {
             for (part, width) in parts.iter().zip(&widths) {
-                output.extend_from_slice(&part.values()[row * width..(row + 1) * width]);
+                output.extend_from_slice(&part[row * width..(row + 1) * width]);
             }
         }
         let pullback = Pullback::new(move |cotangent, needed| divided(&widths, cotangent, needed));

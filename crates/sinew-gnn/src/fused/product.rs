@@ -6,11 +6,13 @@
 
 mod kernel;
 
-use crate::fused::pool::Buffer;
+use crate::fused::pool::{Buffer, LINE};
 use crate::fused::simd::{Instructions, instructions};
 
 /// Narrowest panel; widths are multiples of it.
-const LANES: usize = 16;
+const LANES: usize = 8;
+/// Widest panel, of the registers of AVX-512 that leave room for the sums of six rows.
+const WIDEST: usize = 8 * LANES;
 
 /// A matrix packed into panels of some columns, each row by row, filled up with zeros.
 pub(crate) struct Panels {
@@ -42,7 +44,7 @@ impl Panels {
     /// `copy(row, column, panel)` writes the numbers of `row` from `column` on.
     fn pack(depth: usize, columns: usize, copy: impl Fn(usize, usize, &mut [f32])) -> Self {
         let mut values = Buffer::take(depth * columns.next_multiple_of(LANES));
-        for Panel { start, width } in panels(columns) {
+        for Panel { start, width } in panels(columns, WIDEST) {
             let panel = &mut values[start * depth..(start + width) * depth];
             let valid = width.min(columns - start);
             for (row, to) in panel.chunks_exact_mut(width).enumerate() {
@@ -61,16 +63,17 @@ struct Panel {
     width: usize,
 }
 
-/// Widest panels first; the last one covers the remainder.
-fn panels(columns: usize) -> impl Iterator<Item = Panel> {
+/// Panels of so many columns at most. The last ones cover the remainder, half a register of AVX-512 where no more is left.
+fn panels(columns: usize, widest: usize) -> impl Iterator<Item = Panel> {
     let widest = match instructions() {
         #[cfg(target_arch = "x86_64")]
-        Instructions::Avx512 => 4 * LANES,
-        _ => LANES,
+        Instructions::Avx512 => widest,
+        _ => 2 * LANES,
     };
     let mut start = 0;
     std::iter::from_fn(move || {
-        let width = columns.saturating_sub(start).next_multiple_of(LANES).min(widest);
+        let left = columns.saturating_sub(start).next_multiple_of(LANES);
+        let width = if left > LANES { left - left % (2 * LANES) } else { left }.min(widest);
         start += width;
         (width > 0).then_some(Panel { start: start - width, width })
     })
@@ -93,7 +96,7 @@ pub(crate) fn multiply(rows: &[f32], weight: &Panels, start: Start, output: &mut
     }
     let count = output.len() / columns;
     assert_eq!(rows.len(), count * depth, "factors of a product");
-    for panel in panels(*columns) {
+    for panel in panels(*columns, WIDEST) {
         let task = Task {
             count,
             depth: *depth,
@@ -113,7 +116,8 @@ pub(crate) fn multiply(rows: &[f32], weight: &Panels, start: Start, output: &mut
 /// `gram = xᵀ x`, where `x` has rows of `size` numbers; only one triangle is computed. Of a
 /// symmetric `x` it is the square.
 pub(crate) fn gram(x: &[f32], size: usize, gram: &mut [f32]) {
-    for panel in panels(size) {
+    // Narrow ones have few numbers beyond the diagonal.
+    for panel in panels(size, WIDEST / 2) {
         // Rows from the diagonal on.
         let rows = &mut gram[panel.start * size..];
         multiply_transposed(&x[panel.start..], size, (x, size), panel, Start::Zero, rows);
@@ -123,9 +127,9 @@ pub(crate) fn gram(x: &[f32], size: usize, gram: &mut [f32]) {
 
 /// Copies the lower triangle to the upper one, block by block for the cache's sake.
 fn mirror(matrix: &mut [f32], size: usize) {
-    for from in (0..size).step_by(LANES) {
+    for from in (0..size).step_by(LINE) {
         for i in from..size {
-            for j in from..(from + LANES).min(i) {
+            for j in from..(from + LINE).min(i) {
                 matrix[j * size + i] = matrix[i * size + j];
             }
         }
@@ -139,7 +143,7 @@ pub(crate) fn add_transposed_product(x: &[f32], width: usize, d: &[f32], sum: &m
     }
     let (columns, rows) = (sum.len() / width, x.len() / width);
     assert_eq!(d.len(), rows * columns, "factors of a product");
-    for panel in panels(columns) {
+    for panel in panels(columns, WIDEST) {
         multiply_transposed(x, width, (d, columns), panel, Start::Kept, sum);
     }
 }
@@ -212,7 +216,7 @@ impl Task<'_> {
         let last = |count: usize, stride: usize| (count - 1) * stride;
         assert!(self.count > 0 && output.len() == self.count * self.columns);
         assert!(self.start < self.columns && width.is_multiple_of(LANES));
-        assert!((LANES..=4 * LANES).contains(&width));
+        assert!((LANES..=WIDEST).contains(&width));
         if self.depth > 0 {
             let end = last(self.count, self.row_stride) + last(self.depth, self.step);
             assert!(end < self.factor.len());
@@ -223,9 +227,9 @@ impl Task<'_> {
         unsafe {
             match instructions() {
                 #[cfg(target_arch = "x86_64")]
-                Instructions::Avx512 => kernel::avx512::run(self, width, output),
+                Instructions::Avx512 if width > LANES => kernel::avx512::run(self, width, output),
                 #[cfg(target_arch = "x86_64")]
-                Instructions::Avx2 => kernel::avx2::run(self, width, output),
+                Instructions::Avx512 | Instructions::Avx2 => kernel::avx2::run(self, width, output),
                 Instructions::Baseline => kernel::portable::run(self, width, output),
             }
         }

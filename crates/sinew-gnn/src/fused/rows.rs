@@ -20,6 +20,12 @@ pub(crate) fn add_up(
     });
 }
 
+/// The row of a source that `row` reads.
+#[inline(always)]
+fn row_of<'a>((gather, source): &(&Gather, &'a [f32]), row: usize, width: usize) -> &'a [f32] {
+    &source[gather.source(row) * width..][..width]
+}
+
 vectorised! {
     fn add_up_targets<FUSED>(
         rows: &[f32],
@@ -47,10 +53,17 @@ vectorised! {
     ) {
         let width = bias.len();
         for (offset, x) in x.chunks_exact_mut(width).enumerate() {
+            let row = start + offset;
+            if let [first, second] = sources {
+                let (first, second) = (row_of(first, row, width), row_of(second, row, width));
+                for ((x, b), (first, second)) in x.iter_mut().zip(bias).zip(first.iter().zip(second)) {
+                    *x = b + first + second;
+                }
+                continue;
+            }
             x.copy_from_slice(bias);
-            for (gather, source) in sources {
-                let row = &source[gather.source(start + offset) * width..][..width];
-                for (x, value) in x.iter_mut().zip(row) {
+            for source in sources {
+                for (x, value) in x.iter_mut().zip(row_of(source, row, width)) {
                     *x += value;
                 }
             }

@@ -5,13 +5,13 @@ use super::Task;
 use std::arch::x86_64::*;
 use std::ptr::copy_nonoverlapping;
 
-/// Defines a module for a set of instructions, whose `run` multiplies a [`Task`]. `load` and `store` take a whole register,
-/// `load_some` and `store_some` its first lanes; the table says for each width of a panel, in registers, how many rows make
-/// a block, whose sums stay in registers.
+/// Defines a module for a set of instructions, whose `run` multiplies a [`Task`]. `load` takes a whole register, `load_some`
+/// and `store_some` its first lanes. The table says for each width of a panel, in registers, how many rows make a block,
+/// whose sums stay in registers.
 macro_rules! kernel {
     (
         $(#[$features:meta])? $name:ident: $register:ty, $lanes:literal lanes,
-        splat = $splat:expr, multiply_add = $multiply_add:expr, load = $load:expr, store = $store:expr,
+        splat = $splat:expr, multiply_add = $multiply_add:expr, load = $load:expr,
         load_some = $load_some:expr, store_some = $store_some:expr,
         rows = { $($width:literal => $rows:literal),+ }
     ) => {
@@ -77,20 +77,23 @@ macro_rules! kernel {
                     }
                 }
                 let valid = (V * $lanes).min(task.columns - task.start);
-                for i in 0..M {
-                    let to = &mut output[(row + i) * task.columns + task.start..][..valid];
-                    for v in 0..V {
-                        let (count, sum) = (valid.saturating_sub(v * $lanes), sums[i][v]);
-                        let to = to.as_mut_ptr().wrapping_add(v * $lanes);
-                        let add = |there| $multiply_add(there, $splat(1.0), sum);
-                        // SAFETY: `count` numbers of the output are left from `to` on.
-                        unsafe {
-                            if count >= $lanes {
-                                $store(to, if task.kept { add($load(to)) } else { sum });
-                            } else if count > 0 {
-                                let sum = if task.kept { add($load_some(to, count)) } else { sum };
-                                $store_some(to, count, sum);
-                            }
+                let output = &mut output[row * task.columns + task.start..];
+                assert!((M - 1) * task.columns + valid <= output.len());
+                let mut places = [output.as_mut_ptr(); M];
+                (0..M).for_each(|i| places[i] = places[i].wrapping_add(i * task.columns));
+                let counts: [usize; V] =
+                    std::array::from_fn(|v| valid.saturating_sub(v * $lanes).min($lanes));
+                // SAFETY: so many numbers of a row of the output are left for each register.
+                unsafe {
+                    for i in 0..if task.kept { M } else { 0 } {
+                        for v in 0..V {
+                            let there = $load_some(places[i].wrapping_add(v * $lanes), counts[v]);
+                            sums[i][v] = $multiply_add(there, $splat(1.0), sums[i][v]);
+                        }
+                    }
+                    for i in 0..M {
+                        for v in 0..V {
+                            $store_some(places[i].wrapping_add(v * $lanes), counts[v], sums[i][v]);
                         }
                     }
                 }
@@ -104,11 +107,10 @@ macro_rules! kernel {
 kernel!(
     #[target_feature(enable = "avx512f")]
     avx512: __m512, 16 lanes,
-    splat = _mm512_set1_ps, multiply_add = _mm512_fmadd_ps,
-    load = _mm512_loadu_ps, store = _mm512_storeu_ps,
-    load_some = |from, count: usize| _mm512_maskz_loadu_ps((1 << count) - 1, from),
-    store_some = |to, count: usize, x| _mm512_mask_storeu_ps(to, (1 << count) - 1, x),
-    rows = { 4 => 6, 3 => 8, 2 => 8, 1 => 8 }
+    splat = _mm512_set1_ps, multiply_add = _mm512_fmadd_ps, load = _mm512_loadu_ps,
+    load_some = |from, count: usize| _mm512_maskz_loadu_ps(((1_u32 << count) - 1) as u16, from),
+    store_some = |to, count: usize, x| _mm512_mask_storeu_ps(to, ((1_u32 << count) - 1) as u16, x),
+    rows = { 4 => 6, 3 => 8, 2 => 12, 1 => 8 }
 );
 
 // Blocks fill 12 of the 16 registers.
@@ -116,19 +118,24 @@ kernel!(
 kernel!(
     #[target_feature(enable = "avx2,fma")]
     avx2: __m256, 8 lanes,
-    splat = _mm256_set1_ps, multiply_add = _mm256_fmadd_ps,
-    load = _mm256_loadu_ps, store = _mm256_storeu_ps,
+    splat = _mm256_set1_ps, multiply_add = _mm256_fmadd_ps, load = _mm256_loadu_ps,
     load_some = |from: *const f32, count| {
+        if count == 8 {
+            return _mm256_loadu_ps(from);
+        }
         let mut lanes = [0.0; 8];
         copy_nonoverlapping(from, lanes.as_mut_ptr(), count);
         _mm256_loadu_ps(lanes.as_ptr())
     },
     store_some = |to, count, x| {
+        if count == 8 {
+            return _mm256_storeu_ps(to, x);
+        }
         let mut lanes = [0.0; 8];
         _mm256_storeu_ps(lanes.as_mut_ptr(), x);
         copy_nonoverlapping(lanes.as_ptr(), to, count);
     },
-    rows = { 2 => 6 }
+    rows = { 2 => 6, 1 => 12 }
 );
 
 // Four numbers, which the compiler puts into a register where the target has one.
@@ -139,12 +146,11 @@ kernel!(
         std::array::from_fn(|i| a[i] * b[i] + c[i])
     },
     load = |from: *const f32| from.cast::<[f32; 4]>().read_unaligned(),
-    store = |to: *mut f32, x| to.cast::<[f32; 4]>().write_unaligned(x),
     load_some = |from: *const f32, count| {
         let mut lanes = [0.0; 4];
         copy_nonoverlapping(from, lanes.as_mut_ptr(), count);
         lanes
     },
     store_some = |to, count, x: [f32; 4]| copy_nonoverlapping(x.as_ptr(), to, count),
-    rows = { 4 => 2 }
+    rows = { 4 => 2, 2 => 4 }
 );
