@@ -23,7 +23,7 @@ use std::collections::HashMap;
 pub struct Cavity {
     /// The facet set.
     pub name: String,
-    /// Connected surfaces of the set.
+    /// Connected surfaces of the set; those of curved facets twice, in two coverings by triangles, each with its share of the volume.
     pub parts: Vec<CavityPart>,
     /// Sign of the triangles' order: the volume is positive at rest. That of a surface flat at rest grows with a pressure on it.
     pub sign: f64,
@@ -33,29 +33,27 @@ pub struct Cavity {
 const NO_VOLUME: f64 = 1e-6;
 
 impl Cavity {
-    /// Makes a cavity from triangles; `None` where symmetry planes leave the volume undetermined.
+    /// Makes a cavity from coverings by triangles and their shares of its volume, the corners' first; `None` where symmetry planes leave
+    /// the volume undetermined.
     pub(crate) fn new(
         name: &str,
-        triangles: &[[usize; 3]],
+        coverings: &[(f64, Vec<[usize; 3]>)],
         around: &Surroundings<'_>,
     ) -> Option<Self> {
-        let parts = connected_cells(around.points.len(), triangles).into_iter();
-        let parts =
-            parts.map(|triangles| CavityPart::new(triangles, around)).collect::<Option<_>>();
-        let mut cavity = Self { name: name.into(), parts: parts?, sign: -1.0 };
+        let parts = coverings.iter().flat_map(|(share, triangles)| {
+            let parts = connected_cells(around.points.len(), triangles).into_iter();
+            parts.map(|triangles| CavityPart::new(triangles, *share, around))
+        });
+        let mut cavity =
+            Self { name: name.into(), parts: parts.collect::<Option<_>>()?, sign: -1.0 };
         let volume = cavity.measure(&|node| around.points[node], &mut |_, _| {});
         let largest = |points: &[[f64; 3]]| extents(points).into_iter().fold(0.0, f64::max);
-        let own: Vec<_> =
-            triangles.as_flattened().iter().map(|&node| around.points[node]).collect();
+        let nodes = coverings.iter().flat_map(|(_, triangles)| triangles.as_flattened());
+        let own: Vec<_> = nodes.map(|&node| around.points[node]).collect();
         if volume.abs() > NO_VOLUME * largest(around.points) * largest(&own).powi(2) {
             cavity.sign = volume.signum();
         }
         Some(cavity)
-    }
-
-    /// Triangles that cover the surface, counterclockwise seen from outside the solid.
-    pub fn triangles(&self) -> impl Iterator<Item = &[usize; 3]> {
-        self.parts.iter().flat_map(|part| &part.triangles)
     }
 
     /// Volume at a displacement from the positions of all nodes \[length³\]; negative where the surface has passed through itself.
@@ -82,7 +80,8 @@ impl Cavity {
     ) -> Option<(Vec<[f64; 3]>, Vec<PressedLid>)> {
         let (mut origins, mut lids) = (points.to_vec(), Vec::new());
         let at = |node: usize| points[node];
-        for part in &self.parts {
+        let coverings = if self.parts[0].share == 1.0 { 1 } else { 2 };
+        for part in &self.parts[..self.parts.len() / coverings] {
             let planes = part.planes.iter().chain(part.lids.iter().flat_map(|lid| &lid.planes));
             let mut resting = planes.map(|p| held.along(p.node, &p.normal));
             let is_whole = part.field == Mat3::from_fn(|i, j| Mat3::IDENTITY[i][j] / 3.0);
@@ -98,7 +97,11 @@ impl Cavity {
 
     /// Volume with the sign of the triangles' order; its derivatives are added node by node.
     fn measure(&self, at: &At<'_>, add: &mut Add<'_>) -> f64 {
-        self.parts.iter().map(|part| part.measure(at, add).0).sum()
+        let each = |part: &CavityPart| {
+            let mut add = |node, slope: [f64; 3]| add(node, slope.map(|x| part.share * x));
+            part.share * part.measure(at, &mut add).0
+        };
+        self.parts.iter().map(each).sum()
     }
 }
 

@@ -178,15 +178,26 @@ impl AnyMesh {
         self.cell_list().of_facet(facet).collect()
     }
 
-    /// Triangles between the corners of the boundary's facets, counterclockwise seen from outside, and the cell of each; none of
+    /// Triangles between neighbouring nodes of the boundary's facets, counterclockwise seen from outside, and the cell of each; none of
     /// a body in two dimensions.
     pub fn boundary_triangles(&self) -> (Vec<[usize; 3]>, Vec<usize>) {
-        let fan = |facet: Facet| {
-            let nodes = self.nodes_of_facet(facet);
-            let last = 1..self.element().facet_corners - 1;
-            last.map(move |k| ([nodes[0], nodes[k], nodes[k + 1]], facet.cell))
+        if self.element().dimension == 2 { Default::default() } else { self.split_facets() }
+    }
+
+    /// [`AnyMesh::boundary_triangles`]; sides of a plane body have no thickness.
+    fn split_facets(&self) -> (Vec<[usize; 3]>, Vec<usize>) {
+        let split: &[[usize; 3]] = match (self.element().dimension, self.element().nodes.len()) {
+            (2, 3) => &[[0, 1, 1]],
+            (2, _) => &[[0, 2, 2], [2, 1, 1]],
+            (_, 8) => &[[0, 1, 2], [0, 2, 3]],
+            (_, 10) => &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
+            _ => &[[0, 1, 2]],
         };
-        self.boundary_facets().into_iter().flat_map(fan).unzip()
+        let facets = self.boundary_facets().into_iter().flat_map(|facet| {
+            let nodes = self.nodes_of_facet(facet);
+            split.iter().map(move |corners| (corners.map(|k| nodes[k]), facet.cell))
+        });
+        facets.unzip()
     }
 
     /// Nodes of the surface that lie on a cell without belonging to it, away from the corners of its facet, each with the first such cell: hanging nodes of a mesh
@@ -203,19 +214,7 @@ impl AnyMesh {
     pub fn hanging_nodes(&self) -> Vec<[usize; 2]> {
         /// Distance from the facet \[relative to its longest edge\]: files hold three digits at least.
         const NEAR: f64 = 1e-3;
-        // Triangles between neighbouring nodes of the facets; sides of a plane body have no thickness.
-        let split: &[[usize; 3]] = match (self.element().dimension, self.element().nodes.len()) {
-            (2, 3) => &[[0, 1, 1]],
-            (2, _) => &[[0, 2, 2], [2, 1, 1]],
-            (_, 8) => &[[0, 1, 2], [0, 2, 3]],
-            (_, 10) => &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
-            _ => &[[0, 1, 2]],
-        };
-        let facets = self.boundary_facets().into_iter().flat_map(|facet| {
-            let nodes = self.nodes_of_facet(facet);
-            split.iter().map(move |corners| (corners.map(|k| nodes[k]), facet.cell))
-        });
-        let (triangles, cells): (Vec<_>, Vec<_>) = facets.unzip();
+        let (triangles, cells) = self.split_facets();
         let place = |node: usize| Vector3::from(self.points()[node]);
         let tree = SurfaceTree::of(triangles.iter().map(|nodes| nodes.map(place)).collect());
         let size = self.element().nodes.len();

@@ -209,9 +209,8 @@ fn cavities(body: &Body, surface: &Surface, fitted: &Sampled) -> ViewerEmulator 
     let volumes: Vec<_> = fitted.fields.iter().map(|field| body.cavity_volumes(field)).collect();
     let cavity = |(index, cavity): (usize, &sinew_energy::Cavity)| {
         let own = || volumes.iter().map(|volumes| volume_scale * volumes[index]);
-        let of_theta = |pressure: &&PressureSurface| {
-            cavity.triangles().next().is_some_and(|nodes| pressure.nodes.contains(&nodes[0]))
-        };
+        let of_theta =
+            |pressure: &&PressureSurface| pressure.nodes.contains(&cavity.parts[0].triangles[0][0]);
         let magnitude = body.pressures.iter().find(of_theta)?.magnitude;
         let is_its = |index: &usize| magnitude == Magnitude::Theta(*index);
         Some(ViewerCavity {
@@ -219,7 +218,7 @@ fn cavities(body: &Body, surface: &Surface, fitted: &Sampled) -> ViewerEmulator 
             parts: cavity
                 .parts
                 .iter()
-                .map(|part| closed(part, cavity.sign, surface))
+                .map(|part| closed(part, cavity.sign * part.share, surface))
                 .collect::<Option<_>>()?,
             pressure: (0..body.parameters.len()).find(is_its),
             range: [own().fold(f64::INFINITY, f64::min), own().fold(f64::NEG_INFINITY, f64::max)],
@@ -229,7 +228,7 @@ fn cavities(body: &Body, surface: &Surface, fitted: &Sampled) -> ViewerEmulator 
     ViewerEmulator { cavities, volume, volume_scale, ..ViewerEmulator::default() }
 }
 
-/// A part of a cavity by nodes of the surface, with the cavity's sign in its field.
+/// A part of a cavity by nodes of the surface, with the cavity's sign and the part's share in its field.
 fn closed(part: &CavityPart, sign: f64, surface: &Surface) -> Option<Value> {
     let places = |nodes: &[usize]| -> Option<Vec<u32>> {
         nodes.iter().map(|&node| surface.place(node)).collect()

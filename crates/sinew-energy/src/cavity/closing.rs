@@ -15,6 +15,8 @@ pub(crate) const FLAT: f64 = 1e-5;
 /// A connected surface with its closing. Its volume is the flux of a field `S (x − o)` of divergence one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CavityPart {
+    /// Share of its volume in that of the cavity: 1, or one of two that add up to 1.
+    pub share: f64,
     /// Triangles that cover the surface, counterclockwise seen from outside the solid.
     pub triangles: Vec<[usize; 3]>,
     /// Lids, one for each rim.
@@ -71,7 +73,11 @@ struct Plane {
 
 impl CavityPart {
     /// Closes a connected surface; `None` where symmetry planes leave the volume undetermined.
-    pub(super) fn new(triangles: Vec<[usize; 3]>, around: &Surroundings<'_>) -> Option<Self> {
+    pub(super) fn new(
+        triangles: Vec<[usize; 3]>,
+        share: f64,
+        around: &Surroundings<'_>,
+    ) -> Option<Self> {
         let surface = TriangleMesh { cells: triangles.clone(), ..TriangleMesh::default() };
         let edge = |facet| {
             let mut nodes = surface.nodes_of_facet(facet);
@@ -83,10 +89,10 @@ impl CavityPart {
         let mirrored = around.mirrored(&rims).filter(|(planes, _)| !planes.is_empty());
         let lids = rims.into_iter().map(|edges| Lid { edges, planes: Vec::new() }).collect();
         let (field, planes) = around.field(&[])?;
-        let plain = Self { triangles: triangles.clone(), lids, planes, field };
+        let plain = Self { share, triangles: triangles.clone(), lids, planes, field };
         let Some((planes, lids)) = mirrored else { return Some(plain) };
         let (field, planes) = around.field(&planes)?;
-        let mirrored = Self { triangles, lids, planes, field };
+        let mirrored = Self { share, triangles, lids, planes, field };
         Some(if mirrored.is_closed(around.points) { mirrored } else { plain })
     }
 

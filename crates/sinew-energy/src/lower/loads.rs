@@ -110,21 +110,33 @@ impl<const N: usize> Setup<'_, N> {
             (own.iter().collect(), facets.iter().flatten().copied().collect());
         let mut beyond = HashMap::new();
         for facet in self.boundary().iter().filter(|facet| !own.contains(facet)) {
-            let other: Vec<_> = self.mesh.nodes_of_facet(*facet).take(corners).collect();
-            let edges = (0..corners).map(|k| sorted([other[k], other[(k + 1) % corners]]));
+            let other: Vec<_> = self.mesh.nodes_of_facet(*facet).collect();
+            let edges = (0..corners).flat_map(|k| {
+                let [a, b, m] = [k, (k + 1) % corners, corners + k].map(|k| other.get(k).copied());
+                [[a, b], [a, m], [m, b]].into_iter().filter_map(|[a, b]| Some(sorted([a?, b?])))
+            });
             for edge in edges.filter(|edge| edge.iter().all(|node| nodes.contains(node))) {
-                beyond.insert(edge, other.clone());
+                beyond.insert(edge, other[..corners].to_vec());
             }
         }
         let points = &self.mesh.points;
         let places: Vec<_> = nodes.iter().map(|&node| points[node]).collect();
         let even = FLAT * extents(&places).into_iter().fold(0.0, f64::max);
         let around = Surroundings { points, held, beyond, even };
-        let fan = |nodes: Vec<usize>| -> Vec<[usize; 3]> {
-            (1..corners - 1).map(|k| [nodes[0], nodes[k], nodes[k + 1]]).collect()
+        // A bilinear facet has the mean of both diagonals, exactly; one with middle nodes goes by Simpson's rule.
+        let coverings: &[(f64, &[[usize; 3]])] = match N {
+            8 => &[(0.5, &[[0, 1, 2], [0, 2, 3]]), (0.5, &[[1, 2, 3], [1, 3, 0]])],
+            10 => &[
+                (-1.0 / 3.0, &[[0, 1, 2]]),
+                (4.0 / 3.0, &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]]),
+            ],
+            _ => &[(1.0, &[[0, 1, 2]])],
         };
-        let triangles: Vec<_> = facets.into_iter().flat_map(fan).collect();
-        Ok(Cavity::new(name, &triangles, &around))
+        let covering = |&(share, split): &(f64, &[[usize; 3]])| {
+            let on = |nodes: &Vec<usize>| split.iter().map(|t| t.map(|k| nodes[k])).collect();
+            (share, facets.iter().flat_map(|nodes| -> Vec<_> { on(nodes) }).collect())
+        };
+        Ok(Cavity::new(name, &coverings.iter().map(covering).collect::<Vec<_>>(), &around))
     }
 
     /// The pressures with a potential, and those without.

@@ -3,7 +3,8 @@
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Body, Load, Magnitude, Parameter, Prescribed, Scene, Support};
 use sinew_mesh::{
-    AnyMesh, Biventricle, HexMesh, TetMesh, TruncatedEllipsoid, boundary_facets, box_tetrahedra,
+    AnyMesh, Biventricle, HexMesh, Mesh, TetMesh, TruncatedEllipsoid, boundary_facets,
+    box_tetrahedra,
 };
 use std::f64::consts::{PI, TAU};
 
@@ -263,6 +264,35 @@ fn a_face_between_walls_has_a_lid() {
     ] {
         let body = body(block(), &["x_max"], walls);
         assert!(at_rest(&body) < CLOSED, "{}", at_rest(&body));
+    }
+}
+
+/// Pressed from all sides, so that its cavity is the body itself.
+fn volume_inside<const N: usize>(mut mesh: Mesh<N>) -> Body
+where
+    AnyMesh: From<Mesh<N>>,
+{
+    mesh.facet_sets.insert("all".into(), boundary_facets(&mesh));
+    body(mesh, &["all"], vec![])
+}
+
+#[test]
+fn curved_facets_enclose_what_their_cells_fill() {
+    // A top that rises as a parabola, along edges in the sides too: 3 · 2 · 1 and ∫ (0.3 x + 0.2 x y − 0.1 y²) over [0, 3] × [0, 2].
+    let mut block = box_tetrahedra([3.0, 2.0, 1.0], [2, 2, 1]).quadratic();
+    block.map_points(|[x, y, z]| [x, y, z * (1.0 + 0.3 * x + 0.2 * x * y - 0.1 * y * y)]);
+    assert_volume(&volume_inside(block), 6.0 + 2.7 + 1.8 - 0.8);
+    // Bilinear facets, whatever corner their cells begin with.
+    let mut block = sinew_mesh::box_hexahedra([3.0, 2.0, 1.0], [3, 2, 2]);
+    block.map_points(|[x, y, z]| {
+        [x + 0.3 * (y + z).sin(), y + 0.2 * (2.0 * x).cos(), z + 0.2 * x * y]
+    });
+    let inside = (0..block.cells.len()).map(|cell| block.cell_volume(cell)).sum();
+    assert_volume(&volume_inside(block.clone()), inside);
+    // A third of a turn about the diagonal, and a quarter of one about an axis.
+    for turned in [[0, 3, 7, 4, 1, 2, 6, 5], [1, 2, 3, 0, 5, 6, 7, 4]] {
+        let other = block.cells.iter().map(|cell| turned.map(|k| cell[k])).collect();
+        assert_volume(&volume_inside(HexMesh { cells: other, ..block.clone() }), inside);
     }
 }
 
