@@ -42,7 +42,7 @@ impl Cavity {
     ) -> Option<Self> {
         let parts = coverings.iter().flat_map(|(share, triangles)| {
             let parts = connected_cells(around.points.len(), triangles).into_iter();
-            parts.map(|triangles| CavityPart::new(triangles, *share, around))
+            parts.map(|own| Some(CavityPart { share: *share, ..CavityPart::new(own, around)? }))
         });
         let mut cavity =
             Self { name: name.into(), parts: parts.collect::<Option<_>>()?, sign: -1.0 };

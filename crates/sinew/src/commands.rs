@@ -263,13 +263,18 @@ pub(crate) fn solved(
 ) -> Result<Simulations> {
     let mut terminal = if folder.is_some() { stoppable()? } else { Terminal::default() };
     let found = simulate(body, thetas, stage, folder, &mut terminal)?;
-    tell_solved(body, &found);
+    tell_found(body, &found);
+    Ok(found)
+}
+
+/// Tells doubts about solutions on standard error, and what has no equilibrium.
+pub(crate) fn tell_found(body: &Body, found: &Simulations) {
+    tell_solved(body, found);
     let failures = &found.failures;
     failures.iter().take(MOST_WARNINGS).for_each(|failure| told_failure(body, failure));
     if let Some(more @ 1..) = failures.len().checked_sub(MOST_WARNINGS) {
         eprintln!("no equilibrium at {more} more");
     }
-    Ok(found)
 }
 
 /// Cure of solutions on other branches.
@@ -282,7 +287,7 @@ pub(crate) fn tell_solved(body: &Body, found: &Simulations) {
 }
 
 /// Tells a sample without equilibrium on standard error.
-pub(crate) fn told_failure(body: &Body, failure: &sinew_emulate::Failure) {
+fn told_failure(body: &Body, failure: &sinew_emulate::Failure) {
     eprintln!("no equilibrium at {}: {}", theta_in_words(body, &failure.theta), failure.reason);
 }
 

@@ -5,7 +5,7 @@ mod table;
 use crate::npz;
 use crate::stresses::{StressField, add_stresses, stress_fields};
 use crate::theta::{heads, theta_in_words};
-use sinew_emulate::Simulations;
+use sinew_emulate::{Simulations, Warning};
 pub use sinew_energy::metrics::mean_and_largest;
 use sinew_energy::metrics::volume_ratios;
 use sinew_energy::{Body, Unit};
@@ -34,6 +34,22 @@ pub struct Row<'a> {
     pub warnings: Vec<String>,
     /// Reason of a missing displacement.
     pub failure: Option<String>,
+}
+
+impl<'a> Row<'a> {
+    /// A solution by its place, with what to doubt of it.
+    pub fn solved(found: &'a Simulations, place: usize) -> Self {
+        let theta = &found.thetas[place];
+        let doubts = [(&found.jumped, Warning::Jumped), (&found.unstable, Warning::Unstable)];
+        let doubts = doubts.into_iter().filter(|(thetas, _)| thetas.contains(theta));
+        Self {
+            theta: theta.clone(),
+            fields: vec![&found.fields[place]],
+            pressure: found.pressures.get(place).map_or(&[], Vec::as_slice),
+            warnings: doubts.map(|(_, warning)| warning.to_string()).collect(),
+            ..Self::default()
+        }
+    }
 }
 
 /// Quality of an answer.
@@ -69,15 +85,10 @@ pub struct Results<'a> {
 pub const MOST_BYTES: usize = 64 << 20;
 
 impl<'a> Results<'a> {
-    /// Displacements of some θ, node by node \[length\], by the way they were found.
-    pub fn of(body: &'a Body, name: &'a str, thetas: &[Vec<f64>], fields: &'a [Vec<f64>]) -> Self {
-        let row = |(theta, field): (&Vec<f64>, &'a Vec<f64>)| Row {
-            theta: theta.clone(),
-            fields: vec![field],
-            ..Row::default()
-        };
-        let rows = thetas.iter().zip(fields).map(row).collect();
-        Self { body, names: vec![name], rows, stresses: false }
+    /// Solutions of a body.
+    pub fn of(body: &'a Body, found: &'a Simulations) -> Self {
+        let rows = (0..found.fields.len()).map(|place| Row::solved(found, place)).collect();
+        Self { body, names: vec!["solved"], rows, stresses: false }
     }
 
     /// Writes into a folder, which is made: `cases.csv` with a row per case; `cases.npz`, whose fields are NaN where a row has

@@ -43,8 +43,8 @@ pub struct Simulations {
     #[serde(skip)]
     pub compared: usize,
     /// Parameters whose solution may be on another branch than that of a rising load: those of `branched`, and those that were not
-    /// compared. Not stored.
-    #[serde(skip)]
+    /// compared.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub jumped: Vec<Vec<f64>>,
     /// Parameters whose solution is an unstable equilibrium, as of a straight column beyond its Euler load.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -78,9 +78,10 @@ struct Log<B, S> {
 }
 
 fn sums(body: &Identity, tried: usize, found: &Simulations) -> [u32; 3] {
-    let Simulations { failures, branched, unstable, seconds, solve_seconds, .. } = found;
+    let Simulations { failures, branched, jumped, unstable, seconds, solve_seconds, .. } = found;
     let own = format!("{body:?} {tried} {failures:?} {branched:?} {seconds:?} {solve_seconds:?}");
-    [checksum(&own, unstable), checksum("", &found.thetas), checksum("", &found.fields)]
+    let doubtful = checksum(&own, &[&unstable[..], jumped].concat());
+    [doubtful, checksum("", &found.thetas), checksum("", &found.fields)]
 }
 
 /// CRC-32 of a text and of rows of numbers behind it.

@@ -73,11 +73,7 @@ struct Plane {
 
 impl CavityPart {
     /// Closes a connected surface; `None` where symmetry planes leave the volume undetermined.
-    pub(super) fn new(
-        triangles: Vec<[usize; 3]>,
-        share: f64,
-        around: &Surroundings<'_>,
-    ) -> Option<Self> {
+    pub(super) fn new(triangles: Vec<[usize; 3]>, around: &Surroundings<'_>) -> Option<Self> {
         let surface = TriangleMesh { cells: triangles.clone(), ..TriangleMesh::default() };
         let edge = |facet| {
             let mut nodes = surface.nodes_of_facet(facet);
@@ -89,10 +85,10 @@ impl CavityPart {
         let mirrored = around.mirrored(&rims).filter(|(planes, _)| !planes.is_empty());
         let lids = rims.into_iter().map(|edges| Lid { edges, planes: Vec::new() }).collect();
         let (field, planes) = around.field(&[])?;
-        let plain = Self { share, triangles: triangles.clone(), lids, planes, field };
+        let plain = Self { share: 1.0, triangles, lids, planes, field };
         let Some((planes, lids)) = mirrored else { return Some(plain) };
         let (field, planes) = around.field(&planes)?;
-        let mirrored = Self { share, triangles, lids, planes, field };
+        let mirrored = Self { lids, planes, field, ..plain.clone() };
         Some(if mirrored.is_closed(around.points) { mirrored } else { plain })
     }
 

@@ -124,17 +124,14 @@ impl<const N: usize> Setup<'_, N> {
         let even = FLAT * extents(&places).into_iter().fold(0.0, f64::max);
         let around = Surroundings { points, held, beyond, even };
         // A bilinear facet has the mean of both diagonals, exactly; one with middle nodes goes by Simpson's rule.
-        let coverings: &[(f64, &[[usize; 3]])] = match N {
-            8 => &[(0.5, &[[0, 1, 2], [0, 2, 3]]), (0.5, &[[1, 2, 3], [1, 3, 0]])],
-            10 => &[
-                (-1.0 / 3.0, &[[0, 1, 2]]),
-                (4.0 / 3.0, &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]]),
-            ],
-            _ => &[(1.0, &[[0, 1, 2]])],
+        let coverings: &[(i32, &[[usize; 3]])] = match N {
+            8 => &[(3, &[[0, 1, 2], [0, 2, 3]]), (3, &[[1, 2, 3], [1, 3, 0]])],
+            10 => &[(-2, &[[0, 1, 2]]), (8, &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])],
+            _ => &[(6, &[[0, 1, 2]])],
         };
-        let covering = |&(share, split): &(f64, &[[usize; 3]])| {
-            let on = |nodes: &Vec<usize>| split.iter().map(|t| t.map(|k| nodes[k])).collect();
-            (share, facets.iter().flat_map(|nodes| -> Vec<_> { on(nodes) }).collect())
+        let covering = |&(sixths, split): &(i32, &[[usize; 3]])| {
+            let on = facets.iter().flat_map(|nodes| split.iter().map(move |t| t.map(|k| nodes[k])));
+            (f64::from(sixths) / 6.0, on.collect())
         };
         Ok(Cavity::new(name, &coverings.iter().map(covering).collect::<Vec<_>>(), &around))
     }

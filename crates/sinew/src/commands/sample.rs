@@ -2,7 +2,7 @@
 
 use super::script::{Scheduler, quoted};
 use super::stop::stoppable;
-use super::{CaseArguments, count, refuse, refuse_if, solved, told_failure};
+use super::{CaseArguments, count, refuse, refuse_if, solved, tell_found};
 use anyhow::{Result, ensure};
 use clap::Args;
 use serde::{Deserialize, Serialize};
@@ -76,7 +76,7 @@ impl Sample {
         store::write_bytes(&path, text.as_bytes())?;
         if let Some(shard) = self.shard {
             let found = simulate_shard(body, &thetas, shard, &folder, &mut stoppable()?)?;
-            found.failures.iter().for_each(|failure| told_failure(body, failure));
+            tell_found(body, &found);
             let (solved, of) = (found.fields.len(), shard.samples(self.count).len());
             println!("shard {shard}: {solved} of {of} samples solved");
             return Ok(());
@@ -89,7 +89,7 @@ impl Sample {
             let kept = body.has_potential().then_some(folder.as_path());
             let found = solved(body, &thetas, "solve", kept)?;
             let (failed, tried) = (found.failures.len(), thetas.len());
-            Results::of(body, "solved", &found.thetas, &found.fields).write(&folder, 0, true)?;
+            Results::of(body, &found).write(&folder, 0, true)?;
             ensure!(
                 failed == 0,
                 "{failed} of {tried} samples have no equilibrium; the others are written"
@@ -190,11 +190,11 @@ impl Merge {
         let thetas = design.sample(&body.parameters, count, seed)?;
         let found = merge(&body, &thetas, shards, &folder)?;
         let failed: Vec<_> = found.failures.iter().map(|failure| failure.theta.clone()).collect();
-        found.failures.iter().for_each(|failure| told_failure(&body, failure));
+        tell_found(&body, &found);
         if !failed.is_empty() {
             store::write_bytes(&folder.join("failures.csv"), table(&body, &failed).as_bytes())?;
         }
-        Results::of(&body, "solved", &found.thetas, &found.fields).write(&folder, 0, true)?;
+        Results::of(&body, &found).write(&folder, 0, true)?;
         let solved = found.fields.len();
         println!("{solved} of {count} samples solved, {} without equilibrium", failed.len());
         println!("written: {}", folder.display());

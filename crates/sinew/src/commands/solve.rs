@@ -11,8 +11,8 @@ use sinew::output::{
     Results, Row, by_row, displacement_in_words, end_in_words, least_and_largest_ratio,
 };
 use sinew::{
-    Body, Case, Parameter, Simulations, Warning, admissible, outside, parse_way, range_in_words,
-    simulate, thetas_along,
+    Body, Case, Parameter, Simulations, admissible, outside, parse_way, range_in_words, simulate,
+    thetas_along,
 };
 use sinew_emulate::{Counter, Terminal, simulate_by};
 use sinew_fem::{LoadSteps, Options, Solver, Trace, compare_formulations};
@@ -118,18 +118,11 @@ impl Solve {
 
 /// An equilibrium as it is written, or why there is none.
 fn answer<'a>(found: &'a Simulations, place: Result<usize, &str>) -> Result<Row<'a>, String> {
-    let place = place.map_err(|reason| match reason.starts_with("no equilibrium") {
-        true => reason.to_string(),
-        false => format!("no equilibrium: {reason}"),
-    })?;
-    let is_among = |thetas: &[Vec<f64>]| thetas.contains(&found.thetas[place]);
-    let jumps = is_among(&found.jumped).then_some(Warning::Jumped);
-    let warnings = jumps.into_iter().chain(is_among(&found.unstable).then_some(Warning::Unstable));
-    Ok(Row {
-        fields: vec![&found.fields[place]],
-        pressure: found.pressures.get(place).map_or(&[], Vec::as_slice),
-        warnings: warnings.map(|warning| warning.to_string()).collect(),
-        ..Row::default()
+    place.map(|place| Row::solved(found, place)).map_err(|reason| {
+        match reason.starts_with("no equilibrium") {
+            true => reason.to_string(),
+            false => format!("no equilibrium: {reason}"),
+        }
     })
 }
 

@@ -34,16 +34,11 @@ pub(crate) struct UnloadCommand {
     #[arg(short, long, visible_alias = "out", value_name = "FILE", default_value = "rest.vtu")]
     output: PathBuf,
     /// Whether fibre directions of the image are pulled back to the reference configuration, or kept
-    #[arg(long, value_name = "HOW", default_value = "carried", value_parser = PossibleValuesParser::new(["carried", "kept"]).map(convention))]
+    #[arg(long, value_name = "HOW", default_value = "carried", value_parser = PossibleValuesParser::new(["carried", "kept"]).map(|name| if name == "kept" { Fibres::Kept } else { Fibres::Carried }))]
     fibres: Fibres,
     /// Write stress, strain and volumes of the image too, at cells and averaged to nodes, and its fibres as fibre_in_image
     #[arg(long)]
     fields: bool,
-}
-
-/// Convention of a name.
-fn convention(name: String) -> Fibres {
-    if name == "kept" { Fibres::Kept } else { Fibres::Carried }
 }
 
 impl UnloadCommand {
@@ -115,10 +110,6 @@ fn picture(image: &Body, unloaded: &Unloaded, stresses: bool) -> Result<AnyMesh>
     Ok(mesh)
 }
 
-fn largest(numbers: impl Iterator<Item = f64>) -> f64 {
-    numbers.fold(0.0, f64::max)
-}
-
 /// Differences of the case file at rest from the body, if something is left.
 fn left(file: &Path, unloaded: &Unloaded) -> Option<String> {
     let body = match Case::read(file).and_then(|case| case.body()) {
@@ -134,7 +125,8 @@ fn left(file: &Path, unloaded: &Unloaded) -> Option<String> {
     let apart = places.filter_map(|(dof, place)| {
         Some((body.frames.component(dof, &displacement) - (*place)?).abs())
     });
-    let (apart, size) = (largest(apart), largest(displacement.iter().map(|u| u.abs())));
+    let size = displacement.iter().map(|u| u.abs()).fold(0.0, f64::max);
+    let apart = apart.fold(0.0, f64::max);
     if apart > SAME * size {
         let unit = &body.units.length;
         return Some(format!(

@@ -118,6 +118,19 @@ fn solutions_beside_which_there_are_others_are_counted() {
     assert!(told.contains("12 of 12 answers may be on another branch"), "{told}");
     let cases = std::fs::read_to_string(folder.join("out/column/predict/accuracy/cases.csv"));
     assert_eq!(cases.unwrap().matches("jumped: ").count(), 12);
+    // Samples of one process, and of a campaign in shards.
+    let marked = |name: &str| {
+        let cases = std::fs::read_to_string(folder.join(name).join("sample/cases.csv"));
+        cases.unwrap().matches("jumped: ").count()
+    };
+    let sample = "sample column.toml --count 6 --solve --out";
+    assert!(done(folder, &format!("{sample} one")).contains(" solutions are not those"));
+    for shard in ["1/2", "2/2"] {
+        done(folder, &format!("{sample} shards --shard {shard}"));
+    }
+    let merged = done(folder, "merge column.toml --out shards");
+    assert!(merged.contains(" solutions are not those"), "{merged}");
+    assert!(marked("one") > 0 && marked("shards") > 0);
 }
 
 #[test]
@@ -239,7 +252,8 @@ fn large_archives_are_written_only_when_asked_for() {
     assert_eq!(results.write(folder.path(), 1, true).unwrap(), None);
     assert!(folder.path().join("cases.npz").exists());
     // What is small is written unasked, and takes the place of the large one.
-    let small = Results::of(&body, "predicted", &[theta], std::slice::from_ref(&field));
+    let rows = vec![Row { theta, fields: vec![&field[..]], ..Row::default() }];
+    let small = Results { body: &body, names: vec!["predicted"], rows, stresses: false };
     small.write(folder.path(), 1, false).unwrap();
     let size = std::fs::metadata(folder.path().join("cases.npz")).unwrap().len() as usize;
     assert!(size < MOST_BYTES && column(folder.path(), "cases.csv", "case") == ["0"]);
