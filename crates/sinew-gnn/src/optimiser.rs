@@ -90,7 +90,8 @@ impl Optimiser {
         });
         let moments = updates.iter_mut().map(|u| (u.id.val(), std::mem::take(&mut u.moments)));
         self.moments.extend(moments);
-        *emulator = apply(emulator.clone(), updates, learning_rate as f32);
+        let directions = updates.into_iter().map(|update| (update.id, update.gradient)).collect();
+        *emulator = emulator.clone().map(&mut Mapper { directions, step: learning_rate as f32 });
         [value, norm]
     }
 }
@@ -168,12 +169,6 @@ pub(crate) fn collect(emulator: &GraphNetwork, gradients: Option<GradientsParams
     collector.updates
 }
 
-/// Moves the weights by so much along the directions.
-fn apply(emulator: GraphNetwork, updates: Vec<Update>, step: f32) -> GraphNetwork {
-    let directions = updates.into_iter().map(|update| (update.id, update.gradient)).collect();
-    emulator.map(&mut Mapper { directions, step })
-}
-
 /// Sum in interleaved partial sums, which the compiler turns into vectors.
 fn squared_norm(values: &[f32]) -> f64 {
     let mut lanes = [0.0; 8];
@@ -224,6 +219,7 @@ impl ModuleVisitor for Collector {
     }
 }
 
+/// Moves the weights by so much along the directions.
 struct Mapper {
     directions: BTreeMap<ParamId, Vec<f32>>,
     step: f32,

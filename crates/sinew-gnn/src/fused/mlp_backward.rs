@@ -45,10 +45,7 @@ pub(crate) fn backward(
         activations,
         cotangent,
         needed,
-        layer: activations
-            .first
-            .is_empty()
-            .then(|| FirstLayer::new(sources, &activations.products, parameters)),
+        layer: FirstLayer::new(sources, &activations.products, parameters),
         second_weight: recomputed.then(|| Panels::new(parameters.weights[1], second)),
         second_transposed: Panels::transposed(parameters.weights[1], second),
         third_transposed: Panels::transposed(parameters.weights[2], outputs),
@@ -56,11 +53,8 @@ pub(crate) fn backward(
     let sizes = pass.sizes();
     let mut d_first = Buffer::take(if pass.keeps_rows() { plan.rows * hidden } else { 0 });
     let mut rest = &mut d_first[..];
-    let mut with_rest = |rows: Range<usize>| {
-        let d_first = split_off(&mut rest, rows.len() * hidden);
-        (rows, d_first)
-    };
-    let groups: Vec<_> = pass.groups().into_iter().map(&mut with_rest).collect();
+    let with_rest = |rows: Range<usize>| (rows.clone(), split_off(&mut rest, rows.len() * hidden));
+    let groups: Vec<_> = pass.groups().into_iter().map(with_rest).collect();
     let length = sizes.iter().map(|size| size.next_multiple_of(LINE)).sum();
     let group = |(rows, d_first)| {
         let mut sums = Buffer::zeros(length);
@@ -90,8 +84,8 @@ struct Pass<'a> {
     activations: &'a Activations,
     cotangent: &'a [f32],
     needed: &'a [bool],
-    /// Recompute hidden layers that were not kept.
-    layer: Option<FirstLayer<'a>>,
+    layer: FirstLayer<'a>,
+    /// Recomputes a second layer that was not kept.
     second_weight: Option<Panels>,
     second_transposed: Panels,
     third_transposed: Panels,
@@ -145,10 +139,8 @@ impl Pass<'_> {
     fn group(&self, rows: Range<usize>, sums: &mut [&mut [f32]], kept: &mut [f32]) {
         let [first, second, outputs] = self.parameters.widths();
         let tile = tile_rows(self.plan.rows);
-        let scratch = |width: usize| Buffer::take(tile * width);
-        let (mut first_again, mut second_again) = (scratch(first), scratch(second));
-        let (mut d_output, mut d_second, mut d_first) =
-            (scratch(outputs), scratch(second), scratch(first));
+        let [mut first_again, mut second_again, mut d_output, mut d_second, mut d_first] =
+            [first, second, outputs, second, first].map(|width| Buffer::take(tile * width));
         for start in rows.clone().step_by(tile) {
             let here = start..(start + tile).min(rows.end);
             let (count, offset) = (here.len(), start - rows.start);
@@ -174,8 +166,8 @@ impl Pass<'_> {
 
     fn first_hidden<'s>(&'s self, rows: &Range<usize>, scratch: &'s mut [f32]) -> &'s [f32] {
         let width = self.parameters.biases[0].len();
-        if let Some(layer) = &self.layer {
-            layer.evaluate(self.parameters, rows.start, scratch);
+        if self.activations.first.is_empty() {
+            self.layer.evaluate(self.parameters, rows.start, scratch);
             return scratch;
         }
         &self.activations.first[rows.start * width..rows.end * width]

@@ -190,13 +190,7 @@ pub fn activate<const D: usize>(x: Tensor<D>, activation: Activation) -> Tensor<
         let value = output.clone();
         let pullback = Pullback::new(move |cotangent, _| {
             let mut gradient = vec![0.0; cotangent.len()];
-            let values = value.values().par_chunks(NUMBERS_PER_TASK);
-            let tasks = gradient.par_chunks_mut(NUMBERS_PER_TASK).zip(values);
-            tasks.zip(cotangent.par_chunks(NUMBERS_PER_TASK)).for_each(
-                |((gradient, value), cotangent)| {
-                    activation::pull_back(activation, value, cotangent, gradient);
-                },
-            );
+            activation::pull_back(activation, value.values(), cotangent, &mut gradient);
             vec![Some(gradient)]
         });
         (output, pullback)

@@ -62,11 +62,7 @@ vectorised! {
                 continue;
             }
             x.copy_from_slice(bias);
-            for source in sources {
-                for (x, value) in x.iter_mut().zip(row_of(source, row, width)) {
-                    *x += value;
-                }
-            }
+            sources.iter().for_each(|source| add_into(x, row_of(source, row, width)));
         }
     }
 

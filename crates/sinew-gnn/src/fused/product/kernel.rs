@@ -119,24 +119,19 @@ kernel!(
     #[target_feature(enable = "avx2,fma")]
     avx2: __m256, 8 lanes,
     splat = _mm256_set1_ps, multiply_add = _mm256_fmadd_ps, load = _mm256_loadu_ps,
-    load_some = |from: *const f32, count| {
-        if count == 8 {
-            return _mm256_loadu_ps(from);
-        }
-        let mut lanes = [0.0; 8];
-        copy_nonoverlapping(from, lanes.as_mut_ptr(), count);
-        _mm256_loadu_ps(lanes.as_ptr())
-    },
-    store_some = |to, count, x| {
-        if count == 8 {
-            return _mm256_storeu_ps(to, x);
-        }
-        let mut lanes = [0.0; 8];
-        _mm256_storeu_ps(lanes.as_mut_ptr(), x);
-        copy_nonoverlapping(lanes.as_ptr(), to, count);
+    load_some = |from, count| _mm256_maskload_ps(from, lanes_before(count)),
+    store_some = |to, count, x| match count {
+        8 => _mm256_storeu_ps(to, x),
+        _ => _mm256_maskstore_ps(to, lanes_before(count), x),
     },
     rows = { 2 => 6, 1 => 12 }
 );
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn lanes_before(count: usize) -> __m256i {
+    _mm256_cmpgt_epi32(_mm256_set1_epi32(count as i32), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7))
+}
 
 // Four numbers, which the compiler puts into a register where the target has one.
 kernel!(
