@@ -198,39 +198,27 @@ impl<const N: usize> Mesh<N> {
     /// assert_eq!(beam.name_facets("half of the top", |[x, _, z]| z == 1.0 && x <= 2.0), 4);
     /// ```
     pub fn name_nodes(&mut self, name: &str, chosen: impl Fn([f64; 3]) -> bool) -> usize {
-        let nodes: Vec<_> = (0..self.points.len()).filter(|&n| chosen(self.points[n])).collect();
-        let count = nodes.len();
+        let nodes = (0..self.points.len()).filter(|&n| chosen(self.points[n])).collect();
         self.node_sets.insert(name.into(), nodes);
-        count
+        self.node_sets[name].len()
     }
 
     /// Names the facets of the boundary with `chosen` at all their nodes, as [`Mesh::name_nodes`] does nodes.
     pub fn name_facets(&mut self, name: &str, chosen: impl Fn([f64; 3]) -> bool) -> usize {
-        self.name_some(&boundary_facets(self), name, chosen)
+        self.name_some(&boundary_facets(self), name, &chosen);
+        self.facet_sets[name].len()
     }
 
-    fn name_some(
-        &mut self,
-        boundary: &[Facet],
-        name: &str,
-        chosen: impl Fn([f64; 3]) -> bool,
-    ) -> usize {
-        let on = |facet: &Facet| self.nodes_of_facet(*facet).all(|node| chosen(self.points[node]));
-        let facets: Vec<_> = boundary.iter().copied().filter(on).collect();
-        let count = facets.len();
+    fn name_some(&mut self, boundary: &[Facet], name: &str, at: &dyn Fn([f64; 3]) -> bool) {
+        let on = |facet: &Facet| self.nodes_of_facet(*facet).all(|node| at(self.points[node]));
+        let facets = boundary.iter().copied().filter(on).collect();
         self.facet_sets.insert(name.into(), facets);
-        count
     }
 
     /// Names the nodes of a side and the facets of the boundary on it.
-    pub(crate) fn name_side(
-        &mut self,
-        boundary: &[Facet],
-        name: &str,
-        on_side: impl Fn([f64; 3]) -> bool,
-    ) {
-        self.name_nodes(name, &on_side);
-        self.name_some(boundary, name, &on_side);
+    pub(crate) fn name_side(&mut self, all: &[Facet], name: &str, at: impl Fn([f64; 3]) -> bool) {
+        self.name_nodes(name, &at);
+        self.name_some(all, name, &at);
     }
 
     /// The nodes of a set of facets, ascending.
