@@ -104,7 +104,7 @@ pub use solve::frozen_stiffness::FrozenStiffness;
 pub use solve::history::{History, Iteration, Progress};
 pub use solve::newton_step::NewtonStep;
 pub use solve::options::{LoadSteps, Options};
-pub use solve::refine::{Refined, Stop};
+pub use solve::refine::{Pairs, Refined, Stop};
 pub use solve::search::{Line, Solution};
 pub use solve::sensitivity::Stiffness;
 pub use solve::solver::{Solver, SolverPool};

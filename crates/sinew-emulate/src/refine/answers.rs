@@ -7,7 +7,7 @@ use crate::refine::defects::{Defect, corrected, is_finite, place};
 use crate::refine::plan::{Counted, FEW, Method, Plan, has_branches};
 use crate::refine::{Answer, confirmed, is_far};
 use crate::{Body, Emulator, Error, PodRegression, Result};
-use sinew_fem::{CHAIN, Options, Refined, SolveError, Solver, Stop, neighbours, sweep};
+use sinew_fem::{CHAIN, Options, Pairs, Refined, SolveError, Solver, Stop, neighbours, sweep};
 use sinew_num::{difference, try_in_parallel};
 use std::time::Instant;
 
@@ -169,6 +169,8 @@ struct Stepping {
     held: Option<Vec<f64>>,
     /// Sets for which quasi-Newton steps with it still skip the contraction check.
     seen: usize,
+    /// Curvature pairs of steps with it.
+    pairs: Pairs,
 }
 
 /// Answers of a chain, and the errors of their predictions.
@@ -234,7 +236,8 @@ impl Found<'_> {
     fn chain(&self, cases: &[usize], guess: &Guess<'_, '_>, known: &[Defect]) -> Result<Chained> {
         guess.emulator.solvers.with(|solver| {
             let descends = guess.emulator.predictor.newton_steps() > 0.0;
-            let mut stepping = Stepping { accuracy: guess.accuracy, descends, held: None, seen: 0 };
+            let (accuracy, pairs) = (guess.accuracy, Pairs::default());
+            let mut stepping = Stepping { accuracy, descends, held: None, seen: 0, pairs };
             let (mut found, mut own) = (Vec::with_capacity(cases.len()), Vec::new());
             for &case in cases {
                 let (start, theta) = (Instant::now(), &self.thetas[case]);
@@ -279,7 +282,8 @@ impl Found<'_> {
         let stop = Stop::within(stepping.accuracy.min(LINEAR), most);
         if let Some(held) = &stepping.held {
             let contracts = stepping.seen > 0 && similar(held, theta);
-            match solver.refine(predicted, theta, Stop { contracts, ..stop }) {
+            let stop = Stop { contracts, ..stop };
+            match solver.refine_on(predicted, theta, stop, &mut stepping.pairs) {
                 Ok(Refined { displacement, error: Some(error), steps, .. }) => {
                     let fewer = stepping.seen.saturating_sub(1);
                     stepping.seen = if steps >= CHECKED { TRUSTED } else { fewer };
@@ -291,7 +295,7 @@ impl Found<'_> {
                 Err(other) => return Err(other.into()),
             }
         }
-        (stepping.held, stepping.seen) = (None, 0);
+        (stepping.held, stepping.seen, stepping.pairs) = (None, 0, Pairs::default());
         if self.thetas.len() < FEW {
             let rest = vec![0.0; from.len()];
             if is_far(self.body, &from, theta) {

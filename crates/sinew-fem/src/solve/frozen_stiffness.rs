@@ -3,7 +3,7 @@
 use crate::elements::System;
 use crate::linear::{add, dot, norm};
 use crate::solve::Potential;
-use crate::{Options, Refined, Result, SolveError, Solver, Stop};
+use crate::{Options, Pairs, Refined, Result, SolveError, Solver, Stop};
 use sinew_energy::{Body, Frames};
 use sinew_num::Mat3;
 use std::borrow::Cow;
@@ -104,7 +104,8 @@ impl<'p> FrozenStiffness<'p> {
     #[doc(alias("L-BFGS", "quasi-Newton"))]
     pub fn refine(&self, body: &Body, from: &[f64], theta: &[f64], stop: Stop) -> Result<Refined> {
         let frames = self.frames_of(body)?;
-        self.system.refine(Potential { body, theta, frames: &frames }, from, stop)
+        let potential = Potential { body, theta, frames: &frames };
+        self.system.refine(potential, from, stop, &mut Pairs::default())
     }
 
     /// [`FrozenStiffness::refine`] from the state of this stiffness, shortened where it inverts cells of `body`.

@@ -70,8 +70,8 @@ impl PatientFile {
             for (name, quantity) in entries {
                 let keys = ["phases", phase, name];
                 source.refuse_if(known().all(|other| other != name), &keys, || {
-                    let advice = advise(name, known(), "those that are not known");
-                    format!("a phase sets loads and other stresses that are not known, and `{name}` is none{advice}")
+                    let advice = advise(name, known(), "these are");
+                    format!("a phase gives values of stresses that have a range in the case file, and `{name}` is not one of them{advice}")
                 })?;
                 let value = match quantity {
                     Quantity::Number(n) => {
@@ -98,7 +98,7 @@ impl PatientFile {
             for (phase, all) in &found {
                 source.refuse_if(!all.contains_key(name), &["phases", phase], || {
                     format!(
-                        "phase `{phase}` lacks `{name}`, which phase `{giver}` has; write its value, \"0 kPa\" if it is none"
+                        "phase `{phase}` lacks `{name}`, which phase `{giver}` has; write its value, \"0 kPa\" where it does not act"
                     )
                 })?;
             }

@@ -105,13 +105,13 @@ fn mistakes_are_refused_with_their_place() {
     says(
         "p = \"16 mmHg\"",
         "q = \"16 mmHg\"",
-        &["a phase sets loads and other stresses that are not known, and `q` is none", "a, a_f, p"],
+        &["stresses that have a range in the case file, and `q` is not one of them", "a, a_f, p"],
     );
     // A number without a unit is no stress.
     let free = PATIENT.replace("b = 2.0,", "b = [1.0, 4.0],");
     let free = free.replace("p = \"16 mmHg\"", "p = \"16 mmHg\"\nb = \"2 kPa\"");
     let told = PatientFile::parse(&free, "p.toml").and_then(|file| file.prepare()).expect_err("b");
-    assert!(told.to_string().contains("and `b` is none"), "{told}");
+    assert!(told.to_string().contains("and `b` is not one of them"), "{told}");
     says("[phases.high]", "[phases.low]", &["`low` is there twice"]);
     says(
         "phase = \"high\"\nvalue = ",
