@@ -24,6 +24,28 @@ fn relative(truth: &[f64], found: &[f64]) -> f64 {
     sum(found) / sum(&vec![0.0; truth.len()])
 }
 
+/// Forces along the axis of a neighbour's beam bend a beam that has turned: steps with its stiffness are short, and the error is not.
+#[test]
+fn answers_of_a_slender_beam_that_turns_are_within_their_tolerance() {
+    let mesh = box_tetrahedra([60.0, 8.0, 6.0], [8, 1, 1]).quadratic();
+    let body = Scene::new(mesh, ByYoungPoisson(NeoHookean))
+        .parameter(Parameter::log("E", "kPa", 10.0..=90.0))
+        .parameter(Parameter::log("nu", "1", 0.2..=0.45))
+        .load(Load::BodyForce([0.0, 1e-4, -8e-4]))
+        .support(Support::clamped("x_min"))
+        .lower()
+        .unwrap();
+    let (accuracy, mut solver) = (1e-3, Solver::new(&body).unwrap());
+    let thetas = Design::LatinHypercube.sample(&body.parameters, 1000, 71).unwrap();
+    let found = Answers::to(&body, &thetas, accuracy, None, &mut ()).unwrap();
+    for (theta, answer) in thetas.iter().zip(&found.answers) {
+        let answer = &answer.as_ref().unwrap().displacement;
+        let truth = solver.solve_from(answer, theta, &Options::default()).unwrap();
+        let error = relative(&truth.displacement, answer);
+        assert!(error <= accuracy, "{theta:?}: {error:e}");
+    }
+}
+
 #[test]
 fn errors_of_neighbours_answers_are_not_understated() {
     let body = block();
