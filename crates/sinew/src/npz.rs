@@ -27,17 +27,39 @@ pub fn write(path: &Path, arrays: impl IntoIterator<Item = (String, Vec<u8>)>) -
 /// # Errors
 /// A file that cannot be read, an array that is missing or not of numbers.
 pub fn read(path: &Path, name: &str) -> io::Result<(Vec<usize>, Vec<f64>)> {
+    let bytes = content(path, name)?.map_err(|held| {
+        io::Error::other(format!("there is no array `{name}`; it holds: {}", held.join(", ")))
+    })?;
+    let array = parse_npy(name, &bytes).map_err(io::Error::other)?;
+    Ok((array.shape, Field { components: 1, values: array.values }.to_f64().into_owned()))
+}
+
+/// Reads an array of texts, if the file has one of this name.
+pub(crate) fn texts(path: &Path, name: &str) -> io::Result<Option<Vec<String>>> {
+    let Ok(bytes) = content(path, name)? else { return Ok(None) };
+    let start = bytes.iter().position(|&byte| byte == b'\n').map_or(bytes.len(), |end| end + 1);
+    let (header, content) = bytes.split_at(start);
+    let header = String::from_utf8_lossy(header);
+    let length =
+        header.split_once("'<U").and_then(|(_, rest)| rest.split('\'').next()?.parse().ok());
+    let Some(length @ 1..) = length else { return Ok(None) };
+    let letter = |bytes: &[u8; 4]| char::from_u32(u32::from_le_bytes(*bytes)).unwrap_or('?');
+    let text =
+        |text: &[[u8; 4]]| text.iter().map(letter).filter(|&letter| letter != '\0').collect();
+    Ok(Some(content.as_chunks().0.chunks(length).map(text).collect()))
+}
+
+/// Bytes of an array, or the names of those that the file holds.
+fn content(path: &Path, name: &str) -> io::Result<Result<Vec<u8>, Vec<String>>> {
     let mut archive = ZipArchive::new(io::BufReader::new(File::open(path)?))?;
     let held = archive.file_names().flatten();
     let held: Vec<_> = held.map(|file| file.trim_end_matches(".npy").to_string()).collect();
     if !held.iter().any(|held| held == name) {
-        let held = held.join(", ");
-        return Err(io::Error::other(format!("there is no array `{name}`; it holds: {held}")));
+        return Ok(Err(held));
     }
     let mut bytes = Vec::new();
     let file = archive.by_name(&format!("{name}.npy")).map_err(io::Error::from);
     file.and_then(|mut file| file.read_to_end(&mut bytes))
         .map_err(|error| io::Error::other(format!("{name}: {error}")))?;
-    let array = parse_npy(name, &bytes).map_err(io::Error::other)?;
-    Ok((array.shape, Field { components: 1, values: array.values }.to_f64().into_owned()))
+    Ok(Ok(bytes))
 }

@@ -14,6 +14,8 @@ use std::collections::HashMap;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
+/// Distance of a node from that of a mesh file over the largest coordinate that is rounding of a text file.
+const SAME_POINTS: f64 = 1e-4;
 /// Distance from the points of a mesh over their size below which vectors are positions: a displacement that doubles all coordinates in
 /// every run is none of a body.
 const NEAR_POINTS: f64 = 0.5;
@@ -108,9 +110,10 @@ impl Runs {
 
     /// Reads an archive of `numpy.savez`: `theta` (runs × parameters) and `displacements` (runs × nodes × 3), in the order of the
     /// nodes of a mesh file and in its unit, which no file names. `parameters` lists their names, with units if any: `mu [kPa],lambda [kPa]`.
+    /// Names in an array `parameters` and nodes in `points` are compared with these.
     ///
     /// # Errors
-    /// A file that cannot be read, arrays whose shapes do not fit each other or the mesh, and as [`Runs::read_table`].
+    /// A file that cannot be read, arrays whose shapes do not fit each other or the mesh, other names or nodes, and as [`Runs::read_table`].
     pub fn read_fields(path: &Path, mesh: &Path, parameters: &str) -> Result<Self, ThetaText> {
         let at = |path: &Path, reason| ThetaText { place: path.display().to_string(), reason };
         let array = |name| npz::read(path, name).map_err(|error| at(path, error.to_string()));
@@ -137,6 +140,29 @@ impl Runs {
         if heads.len() != count {
             let reason = format!("{} names for {count} parameters", heads.len());
             return Err(at(Path::new("--parameters"), reason));
+        }
+        let named = npz::texts(path, "parameters").map_err(|error| at(path, error.to_string()))?;
+        let named = named.filter(|named| {
+            !named.iter().map(|name| head(name).0).eq(heads.iter().map(|head| head.0))
+        });
+        if let Some(named) = named {
+            let reason = format!(
+                "`parameters` of the file are {}; give --parameters in this order",
+                named.join(", ")
+            );
+            return Err(at(path, reason));
+        }
+        if let Ok((_, of_file)) = npz::read(path, "points") {
+            let nodes = read.points().as_flattened();
+            let size = nodes.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+            let far = |(a, b): (&f64, &f64)| (a - b).abs() > SAME_POINTS * size;
+            if of_file.len() != nodes.len() || of_file.iter().zip(nodes).any(far) {
+                let reason = format!(
+                    "`points` of the file are not the nodes of {}; give the mesh of these runs, its nodes in their order and unit",
+                    mesh.display()
+                );
+                return Err(at(path, reason));
+            }
         }
         let thetas = theta.chunks(count).map(<[f64]>::to_vec).collect();
         let values = fields.chunks(3 * points).map(<[f64]>::to_vec).collect();

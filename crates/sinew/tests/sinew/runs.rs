@@ -4,7 +4,7 @@ use crate::program::{BAR, done, refused};
 use sinew::emulate::{Output, RunsEmulator};
 use sinew::runs::Runs;
 use sinew::{Body, Case, Design, Parameter, npz, outside, simulate};
-use sinew_mesh::{AnyMesh, Field, to_npy};
+use sinew_mesh::{AnyMesh, Field, to_npy, to_npy_of};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -132,6 +132,7 @@ fn displacements_on_a_mesh_predict_runs_that_were_held_back() {
     let folder = folder.path();
     let (body, thetas, fields) = runs(16, Design::Sobol);
     let shape = [16, body.nodes, 3];
+    let shape_of_runs = shape;
     let of_theta = ("theta".to_string(), to_npy(&[16, 2], &thetas.concat()));
     let arrays = [of_theta.clone(), ("displacements".into(), to_npy(&shape, &fields.concat()))];
     npz::write(&folder.join("runs.npz"), arrays).unwrap();
@@ -214,6 +215,34 @@ fn displacements_on_a_mesh_predict_runs_that_were_held_back() {
         let train = "train --from-fields wrong.npz --mesh bar.vtu --parameters mu,lambda";
         let (code, wrong) = refused(folder, train);
         assert!(code == 2 && wrong.contains(said), "{wrong}");
+    }
+
+    // Names and nodes of the file beside those that are given; those of `sample --solve` are texts of one length.
+    let letters =
+        |word: &str| -> Vec<u8> { word.chars().flat_map(|c| u32::from(c).to_le_bytes()).collect() };
+    let words = |words: [&str; 2]| words.map(letters).concat();
+    let moved: Vec<f64> = points.iter().rev().copied().collect();
+    for (names, nodes, said) in [
+        (words(["mu\0\0\0\0", "lambda"]), points, None),
+        (words(["lambda", "mu\0\0\0\0"]), points, Some("are lambda, mu; give --parameters in")),
+        (words(["mu\0\0\0\0", "lambda"]), &moved, Some("`points` of the file are not the nodes")),
+    ] {
+        let fields = to_npy(&shape_of_runs, &fields.concat());
+        let arrays = [
+            of_theta.clone(),
+            ("displacements".into(), fields),
+            ("parameters".into(), to_npy_of("<U6", &[2], &names)),
+            ("points".into(), to_npy(&[body.nodes, 3], nodes)),
+        ];
+        npz::write(&folder.join("named.npz"), arrays).unwrap();
+        let read =
+            Runs::read_fields(&folder.join("named.npz"), &folder.join("bar.vtu"), "mu,lambda");
+        let told = read.err().map(|error| error.to_string());
+        assert_eq!(told.is_some(), said.is_some(), "{told:?}");
+        assert!(
+            said.is_none_or(|said| told.as_ref().is_some_and(|t| t.contains(said))),
+            "{told:?}"
+        );
     }
 
     npz::write(&folder.join("short.npz"), [of_theta]).unwrap();
