@@ -125,7 +125,9 @@ pub fn calibrate(
             seconds: solves.seconds(),
             ..verified.correction.clone()
         };
-        if promising && verified.is_confirmed() {
+        // Then importance sampling gives the solver's posterior from these draws.
+        let confirmed = correction.k_hat <= MOST_K && correction.share >= LEAST_SHARE;
+        if promising && confirmed {
             return Ok(Posterior::new(problem, &modes[0], &verified, correction, options.seed));
         }
         // Ratios whose tail alone is too heavy are those of proposals that are too narrow.

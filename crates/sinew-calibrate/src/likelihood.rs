@@ -24,11 +24,8 @@ impl Noise {
             covariance[(at, at)] += (2.0 * problem.log_factor(at, factors)).exp();
         }
         for kind in problem.kinds.iter().filter(|kind| kind.bias > 0.0) {
-            let share = |at: usize| match problem.data[at].kind == kind.name {
-                true => kind.bias / problem.data[at].error(),
-                false => 0.0,
-            };
-            let shares = DVector::from_fn(count, |at, _| share(at));
+            let share = |d: &Datum| if d.kind == kind.name { kind.bias / d.error() } else { 0.0 };
+            let shares = DVector::from_iterator(count, problem.data.iter().map(share));
             covariance += &shares * shares.transpose();
         }
         Self::of(covariance).expect("positive variances on the diagonal")

@@ -166,13 +166,10 @@ impl Forward for Patient<'_> {
             None => self.see(&self.states(theta, derivatives)?),
         };
         let all = seen.values.iter().chain(seen.jacobian.iter().flatten());
-        match all.copied().find(|value| !value.is_finite()) {
-            None => Ok(seen),
-            Some(value) => {
-                let reason =
-                    format!("an observable or its derivative is {value} at theta = {theta:?}");
-                Err(ForwardError { reason })
-            }
-        }
+        let wrong = all.copied().find(|value| !value.is_finite());
+        wrong.map_or(Ok(seen), |value| {
+            let reason = format!("an observable or its derivative is {value} at theta = {theta:?}");
+            Err(ForwardError { reason })
+        })
     }
 }

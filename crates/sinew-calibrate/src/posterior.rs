@@ -223,11 +223,6 @@ impl Verified {
         Ok(Self { draws, observed, ratios, correction })
     }
 
-    /// Whether importance sampling gives the solver's posterior from these draws.
-    pub(crate) fn is_confirmed(&self) -> bool {
-        self.correction.k_hat <= MOST_K && self.correction.share >= LEAST_SHARE
-    }
-
     /// Whether these few draws justify solving all. The last round does not require accuracy, since the weights correct the
     /// error.
     pub(crate) fn is_promising(&self, last: bool) -> bool {

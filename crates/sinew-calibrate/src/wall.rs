@@ -76,9 +76,8 @@ impl WallCoordinates {
     /// # Errors
     /// A direction without length or along the axis.
     pub fn with_septum(mut self, direction: [f64; 3]) -> Result<Self> {
-        length_of(direction)?;
+        let length = length_of(direction)?;
         let septum = Vector3::from(direction);
-        let length = septum.norm();
         let across = septum / length - self.axis * self.axis.dot(&septum) / length;
         let degrees = across.norm().min(1.0).asin().to_degrees();
         require(degrees >= ACROSS, || {

@@ -224,18 +224,13 @@ fn misgivings(predicted: &[f64], steps: &[NewtonStep]) -> Vec<Warning> {
     if let Some(first) = steps.first() {
         let apart = mean_and_largest(&difference(predicted, &first.displacement))[0];
         let relative = apart / mean_and_largest(&first.displacement)[0];
-        if relative > FAR_FOR_CORRECTION {
-            warnings.push(Warning::FarForCorrection { relative, limit: FAR_FOR_CORRECTION });
-        }
+        let far = Warning::FarForCorrection { relative, limit: FAR_FOR_CORRECTION };
+        warnings.extend((relative > FAR_FOR_CORRECTION).then_some(far));
     }
-    for (index, step) in steps.iter().enumerate() {
-        let (before, after) = (step.residual_before, step.residual_after);
-        if after > before {
-            warnings.push(Warning::ResidualRose { step: index + 1, before, after });
-        }
-        if step.length < 1.0 {
-            warnings.push(Warning::ShortStep { step: index + 1, length: step.length });
-        }
+    for (step, taken) in (1..).zip(steps) {
+        let (before, after, length) = (taken.residual_before, taken.residual_after, taken.length);
+        warnings.extend((after > before).then_some(Warning::ResidualRose { step, before, after }));
+        warnings.extend((length < 1.0).then_some(Warning::ShortStep { step, length }));
     }
     warnings
 }

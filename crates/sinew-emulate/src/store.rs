@@ -46,8 +46,7 @@ pub fn write_table(path: &Path, rows: &[Vec<f64>]) -> Result<()> {
 /// # Errors
 /// A file that cannot be read or is no table, by path.
 pub fn read_table(path: &Path) -> Result<Vec<Vec<f64>>> {
-    let bytes = fs::read(path).map_err(at(path))?;
-    parse_table(path, &bytes)
+    parse_table(path, &fs::read(path).map_err(at(path))?)
 }
 
 /// Rows along the first axis of an npy array that was read from `path`.
@@ -163,10 +162,8 @@ pub(crate) fn check_seal(folder: &Path) -> Result<Checksums> {
 /// # Errors
 /// A file that was added or renamed since.
 pub(crate) fn require_sealed(sealed: &Checksums, folder: &Path, names: &[String]) -> Result<()> {
-    match names.iter().find(|name| !sealed.contains_key(*name)) {
-        None => Ok(()),
-        Some(name) => damaged(folder, name, "was not stored with the other files"),
-    }
+    let added = names.iter().find(|name| !sealed.contains_key(*name));
+    added.map_or(Ok(()), |name| damaged(folder, name, "was not stored with the other files"))
 }
 
 fn damaged<T>(folder: &Path, name: &str, how: &'static str) -> Result<T> {

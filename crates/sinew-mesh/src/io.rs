@@ -167,7 +167,8 @@ fn parse_grid(file: &str, bytes: &[u8]) -> Result<MixedMesh, Fault> {
         [b'<', ..] if content.windows(8).any(|word| word == b"<VTKFile") => vtu::parse(bytes),
         _ if content.starts_with(vtk::MAGIC) => vtk::parse(bytes),
         _ if stl::is_binary(bytes) || stl::is_text(content) => stl::parse(bytes),
-        _ if inp::looks_like_it(content) => inp::parse(bytes),
+        // A keyword or a comment.
+        [b'*', next, ..] if *next == b'*' || next.is_ascii_alphabetic() => inp::parse(bytes),
         // Binary STL with a wrong length is recognised by its name only.
         _ if file.to_ascii_lowercase().ends_with(".stl") => stl::parse(bytes),
         _ => Err((Place::default(), Refusal(UNKNOWN_FORMAT.into()))),

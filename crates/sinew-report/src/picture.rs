@@ -254,8 +254,6 @@ fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
 
 fn check_triangles(triangles: &[[usize; 3]], nodes: usize) -> Result<(), ReportError> {
     let corners = triangles.as_flattened();
-    match corners.iter().position(|&node| node >= nodes) {
-        Some(corner) => Err(ReportError::Triangle(corner / 3, corners[corner], nodes)),
-        None => Ok(()),
-    }
+    let beyond = corners.iter().position(|&node| node >= nodes);
+    beyond.map_or(Ok(()), |at| Err(ReportError::Triangle(at / 3, corners[at], nodes)))
 }

@@ -96,13 +96,9 @@ fn chain(
     chain.set_position(&start).map_err(stopped)?;
     let mut draw = || {
         let (z, _) = chain.draw().map_err(stopped)?;
-        match told() {
-            ControlFlow::Continue(()) => Ok(about.point(&z)),
-            ControlFlow::Break(()) => {
-                let fault = "the No-U-Turn sampler cannot go on: it was interrupted";
-                Err(SampleError(fault.into()))
-            }
-        }
+        let fault = "the No-U-Turn sampler cannot go on: it was interrupted";
+        let point = told().is_continue().then(|| about.point(&z));
+        point.ok_or_else(|| SampleError(fault.into()))
     };
     for _ in 0..options.warmup {
         draw()?;

@@ -116,7 +116,9 @@ impl<'p> Anchor<'p> {
     /// Weights of the equations within the cloud of solved θ, and the lengths that scale derivatives.
     fn weights(&self, theta: &[f64]) -> Option<(DVector<f64>, &[f64])> {
         let fit = self.fit.as_ref()?;
-        let weights = fit.weights_at(&self.solved[0].ways(theta));
+        let x = over(&self.solved[0].ways(theta), &fit.lengths);
+        let row = equations(&x, &[], &fit.exponents).remove(0);
+        let weights = &fit.weights * DVector::from_vec(row);
         (weights.norm_squared() <= MOST_LEVERAGE).then_some((weights, &fit.lengths[..]))
     }
 }
@@ -150,11 +152,6 @@ impl Fit {
         (0..normal.nrows()).for_each(|at| normal[(at, at)] += RIDGE * rows.len() as f64);
         let weights = Cholesky::new(normal)?.solve(&matrix.transpose()).transpose();
         Some(Self { lengths, exponents, weights })
-    }
-
-    fn weights_at(&self, ways: &[f64]) -> DVector<f64> {
-        let x = over(ways, &self.lengths);
-        &self.weights * DVector::from_vec(equations(&x, &[], &self.exponents).remove(0))
     }
 }
 

@@ -77,7 +77,11 @@ impl<'p> PatientBuilder<'p> {
     /// # Errors
     /// Names, values, segments and points that make no sense, and bodies that cannot be unloaded.
     pub fn build(self) -> Result<Patient<'p>> {
-        self.check_names()?;
+        check_once(&self.states())?;
+        check_once(&self.parameters.iter().map(String::as_str).collect::<Vec<_>>())?;
+        require(!self.observables.is_empty(), || {
+            "there is nothing to observe; add volumes, strains or displacements".into()
+        })?;
         let mut loads = vec![("image".into(), self.entries("the image", &[&self.settings])?)];
         for (name, settings) in &self.phases {
             loads.push((name.clone(), self.entries(name, &[settings, &self.settings])?));
@@ -102,14 +106,6 @@ impl<'p> PatientBuilder<'p> {
     fn states(&self) -> Vec<&str> {
         let phases = self.phases.iter().map(|(name, _)| name.as_str());
         ["image", "rest"].into_iter().chain(phases).collect()
-    }
-
-    fn check_names(&self) -> Result<()> {
-        check_once(&self.states())?;
-        check_once(&self.parameters.iter().map(String::as_str).collect::<Vec<_>>())?;
-        require(!self.observables.is_empty(), || {
-            "there is nothing to observe; add volumes, strains or displacements".into()
-        })
     }
 
     /// Entries of θ of the body in a state: a parameter's, or else those of the first settings that have them.

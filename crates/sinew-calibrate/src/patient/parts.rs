@@ -162,9 +162,7 @@ impl<'a, 'u> Solve<'a, 'u> {
 
     fn states(&mut self, anchor: Option<&Anchor>, derivatives: bool) -> Result<PatientStates> {
         let (rest, phases, end) = self.reached(anchor, false)?;
-        if let Some(error) = end {
-            return Err(error);
-        }
+        end.map_or(Ok(()), Err)?;
         let slopes = if derivatives { self.slopes(&rest, &phases)? } else { Vec::new() };
         Ok(PatientStates::of(rest, phases, slopes))
     }

@@ -1,6 +1,6 @@
 //! Displacements that supports prescribe.
 
-use crate::coordinates::{CoordinateError, Result};
+use crate::coordinates::{CoordinateError, Result, ensure};
 use serde::{Deserialize, Serialize};
 use sinew_energy::Body;
 use std::collections::BTreeMap;
@@ -22,10 +22,8 @@ impl Dirichlet {
     pub fn clamped(real_nodes: usize, dimensions: usize, nodes: &[usize]) -> Result<Self> {
         let mut prescribed = vec![None; real_nodes * dimensions];
         for &node in nodes {
-            if node >= real_nodes {
-                let (what, found, expected) = ("clamped node index", node, real_nodes);
-                return Err(CoordinateError::Count { what, found, expected });
-            }
+            let (what, found, expected) = ("clamped node index", node, real_nodes);
+            ensure(found < expected, CoordinateError::Count { what, found, expected })?;
             prescribed[node * dimensions..(node + 1) * dimensions].fill(Some(0.0));
         }
         Ok(Self { prescribed, axes: BTreeMap::new() })

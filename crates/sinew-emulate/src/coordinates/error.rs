@@ -70,10 +70,8 @@ pub fn require_count(what: &'static str, found: usize, expected: usize) -> Resul
 /// [`CoordinateError::NotFinite`].
 pub fn require_finite<T: Copy + Into<f64>>(what: &'static str, values: &[T]) -> Result<()> {
     let mut values = values.iter().map(|&value| value.into()).enumerate();
-    match values.find(|(_, value)| !value.is_finite()) {
-        None => Ok(()),
-        Some((index, value)) => Err(CoordinateError::NotFinite { what, index, value }),
-    }
+    let found = values.find(|(_, value)| !value.is_finite());
+    found.map_or(Ok(()), |(index, value)| Err(CoordinateError::NotFinite { what, index, value }))
 }
 
 /// Requires a positive, finite scale.

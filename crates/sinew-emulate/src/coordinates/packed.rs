@@ -25,10 +25,8 @@ pub fn read_doubles(text: &str, count: usize) -> Result<Vec<f64>, String> {
     if values.len() != count {
         return Err(format!("{} packed numbers, {count} expected", values.len()));
     }
-    match values.iter().find(|value| !value.is_finite()) {
-        Some(value) => Err(format!("{value} among the packed numbers")),
-        None => Ok(values),
-    }
+    let found = values.iter().copied().find(|value| !value.is_finite());
+    found.map_or(Ok(values), |value| Err(format!("{value} among the packed numbers")))
 }
 
 /// Numbers of single precision.

@@ -162,10 +162,8 @@ fn second_order(
     };
     // The origin need not be in equilibrium itself.
     let at_origin = missing(&[])?;
-    let mut squares = Vec::with_capacity(count);
-    for p in 0..count {
-        squares.push(difference(&missing(&[p])?, &at_origin));
-    }
+    let square = |p: usize| Ok(difference(&missing(&[p])?, &at_origin));
+    let squares: Vec<Vec<f64>> = (0..count).map(square).collect::<Result<_>>()?;
     let mut products = Vec::with_capacity(count * (count + 1) / 2);
     for p in 0..count {
         products.push(squares[p].clone());

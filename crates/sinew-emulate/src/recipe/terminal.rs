@@ -66,11 +66,8 @@ impl Observer for Terminal {
             let percent = format!("{:.0} %", 100.0 * fraction);
             tell(format!("{stage:<28} {percent:>5}  {left}{message}").trim_end());
         }
-        if self.stop.load(Ordering::Relaxed) {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
+        let stops = self.stop.load(Ordering::Relaxed);
+        if stops { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
     fn finished(&mut self, stage: &str, outcome: &str, seconds: f64) {

@@ -163,10 +163,8 @@ pub fn simulate_by(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Simulations> {
-    if folder.is_some() && !body.has_potential() {
-        // Neither its identity nor its files would hold followers and pressures.
-        return Err(SolveError::NoPotential.into());
-    }
+    // Neither its identity nor its files would hold followers and pressures.
+    ensure(folder.is_none() || body.has_potential(), SolveError::NoPotential)?;
     let folder = folder.map(|folder| (folder, identity::of(body)));
     let (mut tried, mut simulations) = match &folder {
         Some((folder, body)) => stored(folder, body, thetas)?,

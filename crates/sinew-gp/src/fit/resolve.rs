@@ -102,10 +102,8 @@ impl<const D: usize> Model<D> {
         // Covariance, its cotangents and an inverse.
         let [gigabytes, most] =
             [24.0 * (self.size as f64).powi(2), options.most_memory].map(|bytes| bytes / 1e9);
-        match gigabytes <= most {
-            true => Ok(()),
-            false => Err(GpError::TooLarge { observations: self.size, gigabytes, most }),
-        }
+        let too_large = GpError::TooLarge { observations: self.size, gigabytes, most };
+        if gigabytes <= most { Ok(()) } else { Err(too_large) }
     }
 }
 
@@ -230,20 +228,17 @@ impl<const D: usize> Fit<D> {
         let tried = tried.filter(|(fit, _)| !lost(fit));
         let error = |found: &HoldOut| found.residual / found.term;
         let best = tried.min_by(|a, b| error(&a.1).total_cmp(&error(&b.1)));
-        Ok(match best.filter(|(_, own)| error(own) < LAYER * error(&found)) {
-            Some(better) => better,
-            None => (self, found),
-        })
+        let better = best.filter(|(_, own)| error(own) < LAYER * error(&found));
+        Ok(better.unwrap_or((self, found)))
     }
 
     /// The fit with the error of collocation as noise of an equation that was exact, from the parameters before: so that
     /// intervals and bands are as much wider as the points leave open. As it was where that error is next to nothing.
-    pub(super) fn with_equation_error(mut self, found: HoldOut, iterations: usize) -> Result<Self> {
+    pub(super) fn with_equation_error(self, found: HoldOut, iterations: usize) -> Result<Self> {
         let model = self.model();
         let enough = if model.theta.is_empty() { RESOLVED } else { model.aim() };
         if found.residual <= enough * found.term {
-            self.hold_out = Some(found);
-            return Ok(self);
+            return Ok(Self { hold_out: Some(found), ..self });
         }
         let start = self.outcome().parameters.clone();
         let mut model = Arc::unwrap_or_clone(self.model);

@@ -53,12 +53,9 @@ impl<const D: usize> Fit<D> {
                 warnings.push(Warning::FewValues { noise, values: group.given.values.len() });
             }
         }
-        if !model.theta.is_empty() && !model.groups.iter().any(|g| observed(&g)) {
-            warnings.push(Warning::NothingMeasured);
-        }
-        if self.outcome().collapsed {
-            warnings.push(Warning::Collapsed);
-        }
+        let lacks_values = !model.theta.is_empty() && !model.groups.iter().any(|g| observed(&g));
+        warnings.extend(lacks_values.then_some(Warning::NothingMeasured));
+        warnings.extend(self.outcome().collapsed.then_some(Warning::Collapsed));
         warnings.extend(self.silent()?.iter().map(|k| model.unidentified(*k)));
         warnings.extend(self.unresolved()?);
         warnings.extend(self.outliers()?);

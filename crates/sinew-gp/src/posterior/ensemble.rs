@@ -29,9 +29,7 @@ impl<const D: usize> Ensemble<D> {
         k_hat: Option<f64>,
         worst: Option<(usize, f64, f64)>,
     ) -> Result<Self> {
-        if let Some(unresolved) = fit.withheld() {
-            return Err(unresolved);
-        }
+        fit.withheld().map_or(Ok(()), Err)?;
         let (model, unidentified) = (fit.model().clone(), Vec::new());
         let mut ensemble = Self { model, draws, k_hat, warnings: Vec::new(), unidentified };
         let heavy = k_hat.filter(|k_hat| *k_hat > TRUSTED);

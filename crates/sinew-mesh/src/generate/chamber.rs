@@ -72,9 +72,7 @@ impl Chamber<'_> {
         if self.endocardium.cells.is_empty() || self.epicardium.cells.is_empty() {
             return Err(empty());
         }
-        if let Some(units) = fault::units(self.endocardium, self.epicardium) {
-            return Err(units);
-        }
+        fault::units(self.endocardium, self.epicardium).map_or(Ok(()), Err)?;
         let trees = Trees {
             endocardium: SurfaceTree::new(self.endocardium),
             epicardium: SurfaceTree::new(self.epicardium),

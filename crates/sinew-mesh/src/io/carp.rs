@@ -57,9 +57,8 @@ pub(super) fn read(stem: &Path) -> Result<(String, Grid), MeshError> {
     if fibres.is_file() {
         in_file(&fibres, |cursor| {
             let axes = cursor.count(I64, "the number of directions per element")?;
-            if !(1..=columns.len()).contains(&axes) {
-                return Err(Refusal::expected("1 or 2 directions per element", axes.to_string()));
-            }
+            let (known, found) = ((1..=columns.len()).contains(&axes), axes.to_string());
+            Refusal::require(known, "1 or 2 directions per element", found)?;
             for at in 0..axes * labels.len() {
                 columns[at % axes].push(vector(cursor, "three finite components per element")?);
             }
@@ -81,9 +80,8 @@ pub(super) fn read(stem: &Path) -> Result<(String, Grid), MeshError> {
         in_file(&path, |cursor| {
             for _ in 0..cursor.count(I64, "the number of elements of the surface")? {
                 element(cursor, &mut grid)?;
-                if !matches!(grid.types.last(), Some(5 | 9)) {
-                    return Err(Refusal::expected("a Tr or Qd of the surface", "another element"));
-                }
+                let is_facet = matches!(grid.types.last(), Some(5 | 9));
+                Refusal::require(is_facet, "a Tr or Qd of the surface", "another element")?;
             }
             Ok(())
         })?;

@@ -105,14 +105,18 @@ pub(crate) fn to_mesh<const N: usize>(mut grid: MixedMesh) -> Result<(Mesh<N>, R
 /// wanted.
 fn examined(grid: &mut MixedMesh, element: &Element) -> Result<(Parts, ReadReport), Fault> {
     grid.rename_equal_cells();
-    check_grid(grid)?;
+    let (points_at, cells_at) = (grid.points_at, grid.cells_at);
+    let [in_points, in_cells] = [points_at, cells_at].map(|at| move |defect| (at, defect));
+    check_points(&grid.points).map_err(in_points)?;
+    check_fields(&grid.point_fields, grid.points.len()).map_err(in_points)?;
+    check_fields(&grid.cell_fields, grid.types.len()).map_err(in_cells)?;
     let ghosts = grid.ghosts();
     let [coincident_nodes, merged_nodes, near_nodes] = grid.coincident(&ghosts);
     let hidden = ghosts.iter().filter(|&&ghost| ghost).count();
     if hidden > 0 {
         grid.left_out.push(counted(hidden, "ghost or hidden cell"));
     }
-    let parts = parts(grid, &ghosts, element).map_err(|problem| (grid.cells_at, problem))?;
+    let parts = parts(grid, &ghosts, element).map_err(in_cells)?;
     let report = ReadReport {
         dropped_cells: parts.lower.len(),
         coincident_nodes,
@@ -168,14 +172,6 @@ fn sets(
     }
     of_cells.retain(|_, set| !set.is_empty());
     [of_cells, of_nodes]
-}
-
-fn check_grid(grid: &MixedMesh) -> Result<(), Fault> {
-    let in_points = |defect| (grid.points_at, defect);
-    let in_cells = |defect| (grid.cells_at, defect);
-    check_points(&grid.points).map_err(in_points)?;
-    check_fields(&grid.point_fields, grid.points.len()).map_err(in_points)?;
-    check_fields(&grid.cell_fields, grid.types.len()).map_err(in_cells)
 }
 
 /// Indices of the cells of a grid by their part in the mesh, ascending.

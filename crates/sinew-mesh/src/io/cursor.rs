@@ -105,6 +105,11 @@ impl Refusal {
         before.map_or(Ok(()), |_| Err(Self::expected(expected, found.to_string())))
     }
 
+    /// Requires that what was found is what the format has there.
+    pub(super) fn require(is_it: bool, expected: What, found: impl AsRef<[u8]>) -> Result<()> {
+        is_it.then_some(()).ok_or_else(|| Self::expected(expected, found))
+    }
+
     /// Requires a part of the file.
     pub(super) fn require_part(is_there: bool, expected: What) -> Result<()> {
         is_there.then_some(()).ok_or_else(|| Self::missing(expected))
@@ -223,8 +228,7 @@ impl<'a> Cursor<'a> {
     /// Reads a word that must be this one, in small or capital letters.
     pub(super) fn keyword(&mut self, keyword: &'static str) -> Result<()> {
         let word = self.text(keyword)?;
-        let is_it = word.eq_ignore_ascii_case(keyword);
-        is_it.then_some(()).ok_or_else(|| Refusal::expected(keyword, word))
+        Refusal::require(word.eq_ignore_ascii_case(keyword), keyword, word)
     }
 
     /// Reads up to and beyond `end`; what comes before it is returned.

@@ -59,9 +59,8 @@ impl Gmsh<'_> {
         let Some(bare) = name.strip_prefix(b"$") else {
             return Err(Refusal::expected("the $Name of a section", name));
         };
-        if self.version == 0 && !matches!(bare, b"MeshFormat" | b"Comments") {
-            return Err(Refusal::expected("$MeshFormat", name));
-        }
+        let may_come = self.version > 0 || matches!(bare, b"MeshFormat" | b"Comments");
+        Refusal::require(may_come, "$MeshFormat", name)?;
         self.cursor.line();
         self.cursor.encoding = self.binary;
         match (bare, self.version) {
@@ -82,9 +81,8 @@ impl Gmsh<'_> {
             }
         }
         let end = self.cursor.text("the $End of a section")?;
-        if end.strip_prefix("$End").map(str::as_bytes) != Some(bare) {
-            return Err(Refusal::expected("the $End of the section", end));
-        }
+        let is_own = end.strip_prefix("$End").map(str::as_bytes) == Some(bare);
+        Refusal::require(is_own, "the $End of the section", end)?;
         Ok(true)
     }
 
@@ -149,8 +147,7 @@ impl Gmsh<'_> {
         self.rows(of_nodes, name.unwrap_or_else(|| "data".into()), [rows, components])
     }
 
-    fn rows(&mut self, of_nodes: bool, name: String, size: [usize; 2]) -> Result<()> {
-        let [rows, components] = size;
+    fn rows(&mut self, of_nodes: bool, name: String, [rows, components]: [usize; 2]) -> Result<()> {
         // gmsh knows scalars, vectors and tensors only, which bounds the memory of a view.
         Refusal::require_within("the number of components", components as i64, [1, 9])?;
         let total = if of_nodes { self.grid.points.len() } else { self.grid.types.len() };

@@ -23,11 +23,6 @@ const REFUSED: [(&[&str], &str); 3] = [
     (&["TIE", "MPC", "EQUATION", "EMBEDDED ELEMENT", "MODEL CHANGE"], SHARED),
 ];
 
-/// Whether a file begins like one: with a keyword or a comment.
-pub(crate) fn looks_like_it(content: &[u8]) -> bool {
-    matches!(content, [b'*', next, ..] if *next == b'*' || next.is_ascii_alphabetic())
-}
-
 /// Reads the nodes, elements, sets and surfaces of a file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
     let (mut cursor, place) = (Cursor::new(bytes), Cell::new(0));

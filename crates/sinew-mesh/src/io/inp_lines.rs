@@ -155,14 +155,11 @@ impl<'a> Block<'a> {
     /// Begins to read the block. Refuses options beside these, which might change what the lines mean.
     pub(super) fn allow(&self, known: &[&str]) -> Result<()> {
         self.place.set(self.at);
-        match self.options.iter().find(|(key, _)| !known.contains(&key.as_str())) {
-            None => Ok(()),
-            Some((key, _)) => {
-                let value = format!("{key} of *{}", self.keyword);
-                let advice = "write the mesh without it";
-                Err(Refusal::unsupported("the option", value, advice))
-            }
-        }
+        let unknown = self.options.iter().find(|(key, _)| !known.contains(&key.as_str()));
+        unknown.map_or(Ok(()), |(key, _)| {
+            let value = format!("{key} of *{}", self.keyword);
+            Err(Refusal::unsupported("the option", value, "write the mesh without it"))
+        })
     }
 }
 
@@ -255,10 +252,8 @@ impl Sets {
             *bound = number(word, "the first, the last and the step of a range")?;
         }
         let [first, last, step] = bounds;
-        if first > last || step < 1 {
-            let found = format!("{first}, {last}, {step}");
-            return Err(Refusal::expected("a range that ascends by a positive step", found));
-        }
+        let (ascends, found) = (first <= last && step >= 1, format!("{first}, {last}, {step}"));
+        Refusal::require(ascends, "a range that ascends by a positive step", found)?;
         let inside = self.ids.range(first..=last);
         let on_step = |id: i64| id.abs_diff(first) % step.unsigned_abs() == 0;
         Ok(inside.filter(|(id, _)| on_step(**id)).map(|(_, &index)| index).collect())

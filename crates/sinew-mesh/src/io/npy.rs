@@ -38,9 +38,7 @@ pub fn parse_npy(file: &str, bytes: &[u8]) -> Result<NpyArray, MeshError> {
 
 fn read(cursor: &mut Cursor<'_>) -> Result<NpyArray> {
     let magic = cursor.take(MAGIC.len(), "npy magic bytes")?;
-    if magic != MAGIC {
-        return Err(Refusal::expected("the bytes \\x93NUMPY", magic));
-    }
+    Refusal::require(magic == MAGIC, "the bytes \\x93NUMPY", magic)?;
     let version = cursor.take(2, "npy version")?[0];
     let length_type = if version == 1 { NumberType::U16 } else { NumberType::U32 };
     let length = cursor.count(length_type, "the length of the npy header")?;

@@ -86,8 +86,6 @@ fn prefixed(prefix: &str, name: &str) -> Result<String, Refusal> {
 
 fn check_name(name: &str) -> Result<(), Refusal> {
     let reserved = [NODE_SET, CELL_SET, FACET_SET].iter().any(|prefix| name.starts_with(prefix));
-    if name.is_empty() || reserved || name.chars().any(char::is_control) {
-        return Err(Refusal::name(name));
-    }
-    Ok(())
+    let unusable = name.is_empty() || reserved || name.chars().any(char::is_control);
+    if unusable { Err(Refusal::name(name)) } else { Ok(()) }
 }

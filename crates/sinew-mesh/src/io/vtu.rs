@@ -178,9 +178,7 @@ impl<'a> Parser<'a> {
                 Event::Start(_) => depth += 1,
                 Event::End(_) if depth == 0 => return Ok(text),
                 Event::End(_) => depth -= 1,
-                Event::Eof => {
-                    return Err(Refusal::missing("the end of a DataArray"));
-                }
+                Event::Eof => return Err(Refusal::missing("the end of a DataArray")),
                 _ => {}
             }
         }

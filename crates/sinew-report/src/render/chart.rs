@@ -37,10 +37,8 @@ struct Axis {
 impl Axis {
     fn over(logarithmic: bool, values: impl Iterator<Item = f64>) -> Option<Self> {
         let all = Self { logarithmic, scale: 1.0, ends: [f64::NEG_INFINITY, f64::INFINITY] };
-        let ends = values.filter(|x| all.shows(*x)).fold(None, |ends: Option<[f64; 2]>, x| {
-            Some(ends.map_or([x, x], |[low, high]| [low.min(x), high.max(x)]))
-        });
-        let [low, high] = ends?;
+        let shown = values.filter(|x| all.shows(*x)).map(|x| [x; 2]);
+        let [low, high] = shown.reduce(|[low, high], [x, _]| [low.min(x), high.max(x)])?;
         let largest = low.abs().max(high.abs());
         let exponent = match logarithmic {
             true if low < LEAST => -low.log10().floor(),
@@ -98,16 +96,14 @@ pub(super) fn chart(chart: &Chart, palette: &Palette, wide: bool) -> Markup {
     let x = Axis::over(chart.logarithmic[0], points().map(|p| p[0]).chain(levels(true)));
     let y =
         Axis::over(chart.logarithmic[1], points().map(|p| p[1]).chain(levels(false)).chain(bands));
+    let axes = x.zip(y);
+    let is_shown = |p: &&[f64; 2]| axes.is_some_and(|(x, y)| x.shows(p[0]) && y.shows(p[1]));
     let total = points().count();
-    let drawn = x.zip(y).map(|(x, y)| {
-        let hidden = points().filter(|p| !(x.shows(p[0]) && y.shows(p[1]))).count();
-        (draw(chart, palette, wide, [x, y]), hidden)
-    });
-    let hidden = drawn.as_ref().map_or(total, |drawn| drawn.1);
+    let hidden = total - points().filter(is_shown).count();
     html! { figure {
         figcaption { (chart.title) }
-        @match drawn {
-            Some((svg, _)) => { (PreEscaped(svg)) }
+        @match axes {
+            Some((x, y)) => { (PreEscaped(draw(chart, palette, wide, [x, y]))) }
             None => { p.empty { "Nothing to draw." } }
         }
         @if hidden > 0 { p.note {
@@ -118,10 +114,8 @@ pub(super) fn chart(chart: &Chart, palette: &Palette, wide: bool) -> Markup {
 
 fn draw(chart: &Chart, palette: &Palette, wide: bool, axes: [Axis; 2]) -> String {
     let mut plots: Vec<Plot> = Vec::new();
-    let mut named = Vec::new();
-    for series in &chart.series {
-        let first = !named.contains(&&series.name);
-        named.push(&series.name);
+    for (at, series) in chart.series.iter().enumerate() {
+        let first = chart.series[..at].iter().all(|other| other.name != series.name);
         push(&mut plots, series, palette, axes, first);
     }
     let size = if wide { (940.0, 400.0) } else { (470.0, 320.0) };
@@ -199,13 +193,11 @@ fn push(plots: &mut Vec<Plot>, series: &Series, palette: &Palette, axes: [Axis; 
             plots.push(line.into());
         }
     }
-    let mut marked: Vec<usize> =
+    let marked: Vec<usize> =
         (0..series.points.len()).filter(|&i| shown(&series.points[i])).collect();
+    let has_markers = matches!(series.style, Style::Marked | Style::Points);
     // A line that is one point would not be seen.
-    if matches!(series.style, Style::Line | Style::Area) && marked.len() > 1 {
-        marked.clear();
-    }
-    if !marked.is_empty() {
+    if marked.len() == 1 || has_markers && !marked.is_empty() {
         let mut points = ScatterPlot::new()
             .with_data(marked.iter().map(|&i| place(series.points[i])))
             .with_color(&colour)
@@ -214,7 +206,7 @@ fn push(plots: &mut Vec<Plot>, series: &Series, palette: &Palette, axes: [Axis; 
         if !series.hints.is_empty() {
             points = points.with_tooltip_labels(marked.iter().map(|&i| series.hints[i].clone()));
         }
-        if first && named && matches!(series.style, Style::Marked | Style::Points) {
+        if first && named && has_markers {
             points = points.with_legend(&series.name);
         }
         plots.push(points.into());
@@ -272,8 +264,10 @@ impl<'a> Palette<'a> {
     pub(super) fn of(report: &'a Report) -> Self {
         let methods = report.tables().flat_map(|table| &table.rows).map(|row| &row.method);
         let mut names: Vec<&str> = Vec::new();
-        let drawn =
-            report.sections.iter().flat_map(|section| &section.blocks).flat_map(names_drawn);
+        let blocks = report.sections.iter().flat_map(|section| &section.blocks);
+        let figures = blocks.filter_map(|b| if let Block::Figure(f) = b { Some(f) } else { None });
+        let series = figures.flat_map(|figure| &figure.panels).flat_map(|chart| &chart.series);
+        let drawn = series.map(|series| series.name.as_str());
         for name in methods.map(String::as_str).chain(drawn) {
             if !name.is_empty() && !names.contains(&name) {
                 names.push(name);
@@ -302,10 +296,4 @@ impl<'a> Palette<'a> {
             path d="M0 5h22" style={ "stroke:" (self.colour(name)) } stroke-dasharray=[self.dashes(name)] {}
         } }
     }
-}
-
-fn names_drawn(block: &Block) -> Vec<&str> {
-    let Block::Figure(figure) = block else { return Vec::new() };
-    let series = figure.panels.iter().flat_map(|chart| &chart.series);
-    series.map(|series| series.name.as_str()).collect()
 }

@@ -62,9 +62,10 @@ fn row(table: &Table, row: &Row, palette: &Palette) -> Markup {
             && own.is_some()
             && own == least.reduce(f64::min)
     };
+    let name = if row.subject.is_empty() { &row.method } else { &row.subject };
     html! {
         tr {
-            th scope="row" { (key(row, palette)) small {
+            th scope="row" { (palette.key(&row.method)) (name) small {
                 @if !row.subject.is_empty() { (row.method) " " }
                 (row.about)
             }
@@ -107,12 +108,6 @@ fn compared(table: &Table, row: &Row, column: usize) -> Option<String> {
     let reference = baseline.times[column].value.median()?;
     let other = baseline.method != row.method && !table.times[column].once;
     other.then(|| against(reference, time))
-}
-
-/// Name of a row beside its colour.
-fn key(row: &Row, palette: &Palette) -> Markup {
-    let name = if row.subject.is_empty() { &row.method } else { &row.subject };
-    html! { (palette.key(&row.method)) (name) }
 }
 
 /// References of the errors: one line per reference.

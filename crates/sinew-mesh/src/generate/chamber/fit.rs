@@ -46,23 +46,18 @@ impl<'a> Fit<'a> {
         let [towards, _] = frame(up, towards.map(|point| point - pole));
         let (table, ways) = (Vec::new(), Vec::new());
         let mut fit = Self { trees, base, pole, up, towards, equator, table, ways, meridian: 0.0 };
-        fit.measure()?;
-        Ok(fit)
-    }
-
-    fn measure(&mut self) -> Result<()> {
         for row in 0..=ROWS {
             let angles = (0..COLUMNS).map(|column| TAU * column as f64 / COLUMNS as f64);
-            let points = angles.map(|angle| self.point(row as f64 / ROWS as f64, angle));
-            self.table.push(points.collect::<Result<_>>()?);
+            let points = angles.map(|angle| fit.point(row as f64 / ROWS as f64, angle));
+            fit.table.push(points.collect::<Result<_>>()?);
         }
-        self.ways.push([0.0; COLUMNS]);
+        fit.ways.push([0.0; COLUMNS]);
         for row in 1..=ROWS {
-            let step = |k: usize| (self.table[row][k] - self.table[row - 1][k]).norm();
-            self.ways.push(std::array::from_fn(|k| self.ways[row - 1][k] + step(k)));
+            let step = |k: usize| (fit.table[row][k] - fit.table[row - 1][k]).norm();
+            fit.ways.push(std::array::from_fn(|k| fit.ways[row - 1][k] + step(k)));
         }
-        self.meridian = self.ways[ROWS].iter().sum::<f64>() / COLUMNS as f64;
-        Ok(())
+        fit.meridian = fit.ways[ROWS].iter().sum::<f64>() / COLUMNS as f64;
+        Ok(fit)
     }
 
     fn point(&self, q: f64, angle: f64) -> Result<Point> {
