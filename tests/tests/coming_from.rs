@@ -4,8 +4,8 @@ use sinew::laws::{NeoHookean, NeoHookeanShape};
 use sinew::output::Results;
 use sinew::recipe::{DataDriven, PhysicsInformed, Regression};
 use sinew::{
-    Body, Design, Load, Options, Parameter, Recipe, Scene, Solver, Support, TestSet, Train,
-    TrainingOptions, simulate, sweep,
+    Body, Design, Load, Options, Parameter, Recipe, Scene, Simulations, Solver, Support, TestSet,
+    Train, TrainingOptions, simulate, sweep,
 };
 use sinew_emulate::Budget;
 use sinew_energy::{Guard, Law, Magnitude, Mat3, Scalar};
@@ -56,7 +56,8 @@ fn fenics() -> Result {
     let solutions = sweep(&body, &thetas, &Options::default(), || ())?;
     let fields = solutions.into_iter().map(|s| s.map(|s| s.displacement));
     let fields = fields.collect::<std::result::Result<Vec<_>, _>>()?;
-    Results::of(&body, "solved", &thetas, &fields).write(&folder, 2, true)?;
+    let simulations = Simulations { thetas: thetas.to_vec(), fields, ..Simulations::default() };
+    Results::of(&body, &simulations).write(&folder, 2, true)?;
     assert!(folder.join("cases.pvd").exists(), "for ParaView");
     Ok(())
 }
