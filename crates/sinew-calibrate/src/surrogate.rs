@@ -53,6 +53,9 @@ pub struct Surrogate<'a> {
 
 impl<'a> Surrogate<'a> {
     /// Density given data: place among the outputs of numbers, value and standard deviation \[unit of the output\].
+    ///
+    /// # Panics
+    /// A place beyond the outputs; evaluations of an emulator of displacements.
     pub fn new(emulator: &'a RunsEmulator, data: Vec<(usize, f64, f64)>) -> Self {
         let count = data.len();
         let places: Vec<usize> = data.iter().map(|datum| datum.0).collect();
