@@ -57,7 +57,7 @@ fn fenics() -> Result {
     let fields = solutions.into_iter().map(|s| s.map(|s| s.displacement));
     let fields = fields.collect::<std::result::Result<Vec<_>, _>>()?;
     let simulations = Simulations { thetas: thetas.to_vec(), fields, ..Simulations::default() };
-    Results::of(&body, &simulations).write(&folder, 2, true)?;
+    Results::of(&body, &thetas, &simulations).write(&folder, 2, true)?;
     assert!(folder.join("cases.pvd").exists(), "for ParaView");
     Ok(())
 }

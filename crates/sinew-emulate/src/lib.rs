@@ -99,7 +99,7 @@ pub use refine::{Answer, Correction};
 pub use runs::{Emulated, LeftOut, Output, Predicted, RunsEmulator};
 pub use sample::campaign::{Shard, ShardState, merge, simulate_shard};
 pub use sample::simulate::{
-    Failure, MOST_COMPARED, Simulations, read_simulations, simulate, simulate_by,
+    Failure, MOST_COMPARED, Simulations, alike, read_simulations, simulate, simulate_by,
 };
 pub use sample::{Design, is_inside, share_of, split_seed};
 pub use sinew_energy::Body;

@@ -20,11 +20,12 @@ pub(crate) fn solutions<'py>(
     let mut warnings = doubts(py, body, &found.thetas, &fields);
     warnings.extend(branched_in_words(body, found, "load_steps=True"));
     let rows = by_row(thetas, found);
-    let seconds = |row: &Result<usize, &str>| row.map_or(f64::NAN, |at| found.solve_seconds[at]);
-    let field = |row: &Result<usize, &str>| row.ok().map(|at| &found.fields[at]);
+    let place = |row: &Result<usize, String>| row.as_ref().ok().copied();
+    let seconds = |row: &_| place(row).map_or(f64::NAN, |at| found.solve_seconds[at]);
+    let field = |row: &_| place(row).map(|at| &found.fields[at]);
     let result = PyDict::new(py);
     result.set_item("displacement", by_nodes(body, rows.iter().map(field)))?;
-    let pressure = |row: &Result<usize, &str>| found.pressures.get(row.ok()?);
+    let pressure = |row: &_| found.pressures.get(place(row)?);
     let pressures: Vec<_> = rows.iter().map(pressure).collect();
     result.set_item("pressure", by_row_or_nan(&pressures))?;
     result.set_item("failures", failures(&rows))?;

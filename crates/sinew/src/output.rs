@@ -5,7 +5,7 @@ mod table;
 use crate::npz;
 use crate::stresses::{StressField, add_stresses, stress_fields};
 use crate::theta::{heads, theta_in_words};
-use sinew_emulate::{Simulations, Warning};
+use sinew_emulate::{Failure, Simulations, Warning, alike};
 pub use sinew_energy::metrics::mean_and_largest;
 use sinew_energy::metrics::volume_ratios;
 use sinew_energy::{Body, Unit};
@@ -85,9 +85,13 @@ pub struct Results<'a> {
 pub const MOST_BYTES: usize = 64 << 20;
 
 impl<'a> Results<'a> {
-    /// Solutions of a body.
-    pub fn of(body: &'a Body, found: &'a Simulations) -> Self {
-        let rows = (0..found.fields.len()).map(|place| Row::solved(found, place)).collect();
+    /// Solutions of a body at θ, a row for each, failures among them.
+    pub fn of(body: &'a Body, thetas: &[Vec<f64>], found: &'a Simulations) -> Self {
+        let row = |(theta, place): (&Vec<f64>, Result<usize, String>)| match place {
+            Ok(place) => Row::solved(found, place),
+            Err(why) => Row { theta: theta.clone(), failure: Some(why), ..Row::default() },
+        };
+        let rows = thetas.iter().zip(by_row(thetas, found)).map(row).collect();
         Self { body, names: vec!["solved"], rows, stresses: false }
     }
 
@@ -329,14 +333,20 @@ pub fn clear(folder: &Path) -> io::Result<()> {
 }
 
 /// Place of the solution of each θ that was solved for, or why it has none.
-pub fn by_row<'f>(thetas: &[Vec<f64>], found: &'f Simulations) -> Vec<Result<usize, &'f str>> {
+pub fn by_row(thetas: &[Vec<f64>], found: &Simulations) -> Vec<Result<usize, String>> {
     let (mut failures, mut solved) = (found.failures.iter().peekable(), 0..found.fields.len());
-    let place = |theta: &Vec<f64>| match failures.next_if(|failure| failure.theta == *theta) {
-        Some(failure) => Some(Err(failure.reason.as_str())),
+    // Samples of another machine differ by rounding.
+    let place = |theta: &Vec<f64>| match failures.next_if(|failure| alike(&failure.theta, theta)) {
+        Some(Failure { reason, .. }) if reason.starts_with(NO_EQUILIBRIUM) => {
+            Some(Err(reason.clone()))
+        }
+        Some(Failure { reason, .. }) => Some(Err(format!("{NO_EQUILIBRIUM}: {reason}"))),
         None => solved.next().map(Ok),
     };
     thetas.iter().filter_map(place).collect()
 }
+
+const NO_EQUILIBRIUM: &str = "no equilibrium";
 
 /// Place where a path of equilibria ended, and why.
 pub fn end_in_words(body: &Body, end: &TraceEnd) -> String {

@@ -288,7 +288,7 @@ pub(crate) fn read(folder: &Path, body: &Identity) -> Result<Option<(usize, Simu
 }
 
 /// Whether two θ are the same but for the rounding of another machine's logarithms.
-pub(crate) fn alike(a: &[f64], b: &[f64]) -> bool {
+pub fn alike(a: &[f64], b: &[f64]) -> bool {
     const ROUNDING: f64 = 1e-12;
     let close = |(a, b): (&f64, &f64)| (a - b).abs() <= ROUNDING * a.abs().max(b.abs());
     a.len() == b.len() && a.iter().zip(b).all(close)

@@ -89,10 +89,10 @@ impl Sample {
             let kept = body.has_potential().then_some(folder.as_path());
             let found = solved(body, &thetas, "solve", kept)?;
             let (failed, tried) = (found.failures.len(), thetas.len());
-            Results::of(body, &found).write(&folder, 0, true)?;
+            Results::of(body, &thetas, &found).write(&folder, 0, true)?;
             ensure!(
                 failed == 0,
-                "{failed} of {tried} samples have no equilibrium; the others are written"
+                "{failed} of {tried} samples have no equilibrium; the column `failure` of cases.csv says why"
             );
         }
         println!("written: {}", path.display());
@@ -194,7 +194,7 @@ impl Merge {
         if !failed.is_empty() {
             store::write_bytes(&folder.join("failures.csv"), table(&body, &failed).as_bytes())?;
         }
-        Results::of(&body, &found).write(&folder, 0, true)?;
+        Results::of(&body, &thetas, &found).write(&folder, 0, true)?;
         let solved = found.fields.len();
         println!("{solved} of {count} samples solved, {} without equilibrium", failed.len());
         println!("written: {}", folder.display());

@@ -74,8 +74,9 @@ impl Solve {
         let found = &simulate_by(body, &thetas, "solve", None, &options, terminal)?;
         batch.tell_states(&found.thetas, found.fields.iter().map(Vec::as_slice));
         warn(branched_in_words(body, found, STEPWISE));
+        let solved = |place| Row::solved(found, place);
         let answers =
-            batch.answered(by_row(&thetas, found).into_iter().map(|place| answer(found, place)));
+            batch.answered(by_row(&thetas, found).into_iter().map(|place| place.map(solved)));
         batch.print(|place| said(body, &found.fields[place]));
         if self.check_mesh && batch.is_first() {
             check_mesh(case.clone(), body, found)?;
@@ -114,16 +115,6 @@ impl Solve {
             }
         }
     }
-}
-
-/// An equilibrium as it is written, or why there is none.
-fn answer<'a>(found: &'a Simulations, place: Result<usize, &str>) -> Result<Row<'a>, String> {
-    place.map(|place| Row::solved(found, place)).map_err(|reason| {
-        match reason.starts_with("no equilibrium") {
-            true => reason.to_string(),
-            false => format!("no equilibrium: {reason}"),
-        }
-    })
 }
 
 /// Displacement, cavities and volume ratios of an equilibrium.

@@ -380,3 +380,48 @@ fn pictures_hold_stress_and_strain_where_they_are_asked_for() {
     // The law is isotropic.
     assert!(!mesh.cell_fields().contains_key("fibre"));
 }
+
+/// Samples of a body that bursts at the larger pressures: numbers of rows are those of the samples.
+#[test]
+fn a_sample_without_equilibrium_keeps_its_row() {
+    let folder = plate();
+    let folder = folder.path();
+    let wide = PLATE.replace("[1.0, 4.0], unit", "[1.0, 1e7], sampling = \"log\", unit");
+    std::fs::write(folder.join("plate.toml"), wide).unwrap();
+    let sample = "sample plate.toml --count 12 --solve";
+    let (code, told) = sinew(folder, sample);
+    assert!(code == 1 && told.contains("of 12 samples have no equilibrium"), "{told}");
+    for shard in ["1/2", "2/2"] {
+        sinew(folder, &format!("{sample} --out parts --shard {shard}"));
+    }
+    done(folder, "merge plate.toml --out parts");
+    let asked = column(folder, "out/plate/sample/thetas.csv", "p [mmHg]");
+    for out in ["out/plate/sample", "parts/sample"] {
+        let cases = format!("{out}/cases.csv");
+        let numbers: Vec<_> = (0..12).map(|case| case.to_string()).collect();
+        assert_eq!(column(folder, &cases, "case"), numbers);
+        assert_eq!(column(folder, &cases, "p [mmHg]"), asked);
+        let [means, failures] =
+            ["solved mean u [mm]", "failure"].map(|head| column(folder, &cases, head));
+        let (_, fields) =
+            sinew::npz::read(&folder.join(out).join("cases.npz"), "displacement").unwrap();
+        let mut solved = 0;
+        for case in 0..12 {
+            let failed = means[case].is_empty();
+            assert_eq!(failed, failures[case].contains("no equilibrium"), "{out} {case}");
+            assert_eq!(failed, fields[case * fields.len() / 12].is_nan(), "{out} {case}");
+            solved += usize::from(!failed);
+        }
+        assert!((6..12).contains(&solved), "{solved}");
+        // Its rows are runs, but for those that failed.
+        let runs = sinew::runs::Runs::read_table(
+            &folder.join(&cases),
+            "mu,p",
+            Some("solved mean u,solved least J"),
+        );
+        let runs = runs.unwrap();
+        assert_eq!(runs.thetas.len(), solved);
+        let left = format!("{} failed runs are left out, the first in line", 12 - solved);
+        assert!(runs.warnings.iter().any(|said| said.contains(&left)), "{:?}", runs.warnings);
+    }
+}
