@@ -40,13 +40,11 @@ impl NativeRuns {
         if made.as_ref().is_some_and(|(_, report)| report.unused_nodes > 0) {
             return Err("mesh: leave nodes of no cell out, there and in the displacements".into());
         }
-        let Runs { parameters, thetas, outputs, mesh } = match made {
+        let runs = match made {
             Some((mesh, _)) => runs.on(mesh)?,
             None => runs,
         };
-        let fitted = relay::run(listener, move |observer| {
-            RunsEmulator::fit(parameters, &thetas, &outputs, mesh, observer)
-        })?;
+        let fitted = relay::run(listener, move |observer| runs.fit(observer))?;
         Ok(Self(Arc::new(fitted)))
     }
 

@@ -1,5 +1,6 @@
 //! Stored runs of any solver: tables of numbers, arrays of displacements, and the files of their emulators' predictions.
 
+mod marks;
 mod posterior;
 
 use crate::case::advise;
@@ -7,7 +8,9 @@ use crate::npz;
 use crate::output::{csv_line, failed, write_series, write_table};
 use crate::theta::{ThetaText, cells, head, heads, is_comment, outside, table_text};
 pub use posterior::{Measured, RunsPosterior};
-use sinew_emulate::{Output, Predicted, RunsEmulator, share_of};
+use sinew_emulate::{
+    Error as EmulatorError, Observer, Output, Predicted, RunsEmulator, Warning, share_of,
+};
 use sinew_energy::{Parameter, Unit};
 use sinew_mesh::{AnyMesh, DISPLACEMENT, Field, MeshError, to_npy};
 use std::collections::HashMap;
@@ -21,6 +24,8 @@ const SAME_POINTS: f64 = 1e-4;
 const NEAR_POINTS: f64 = 0.5;
 /// Largest magnitudes of values whose squares, and those of errors of 1e-16 of them, are numbers.
 const SIZES: RangeInclusive<f64> = 1e-100..=1e100;
+/// Column of reasons why runs failed, as [`crate::output::Results`] writes it.
+const FAILURE: &str = "failure";
 /// Advice about runs that failed.
 const OMIT: &str = "mend it, or leave failed runs out: delete their lines, or begin them with #";
 
@@ -35,12 +40,29 @@ pub struct Runs {
     pub outputs: Vec<Output>,
     /// Mesh of displacements.
     pub mesh: Option<AnyMesh>,
+    /// Runs that may have failed, and those that were left out.
+    pub warnings: Vec<String>,
 }
 
 impl Runs {
+    /// Emulator of these runs, with their warnings before its own.
+    ///
+    /// # Errors
+    /// As [`RunsEmulator::fit`].
+    pub fn fit(self, observer: &mut dyn Observer) -> Result<RunsEmulator, EmulatorError> {
+        let Self { parameters, thetas, outputs, mesh, warnings } = self;
+        for concern in &warnings {
+            let (stage, concern) = ("runs".into(), concern.clone());
+            observer.warning(&Warning::Training { stage, concern });
+        }
+        let mut fitted = RunsEmulator::fit(parameters, &thetas, &outputs, mesh, observer)?;
+        fitted.warnings.splice(0..0, warnings);
+        Ok(fitted)
+    }
+
     /// Reads a CSV table with a row per run and names in its first line, such as `mu [kPa],volume [ml]`. `parameters` lists the
     /// columns of the parameters, by names separated by commas; a name with a comma stands in quotes. `outputs` lists those to be emulated; all
-    /// others without it. Empty lines and those that begin with `#` are left out.
+    /// others without it. Empty lines, those that begin with `#`, and those with words in a column `failure` are left out.
     ///
     /// # Errors
     /// A file that cannot be read, a column that is missing or has one value only, a cell that is not a finite number, two runs with
@@ -252,7 +274,14 @@ impl Runs {
             Ok(parameter(name, unit, values))
         };
         let parameters = heads.iter().enumerate().map(range).collect::<Result<_, String>>()?;
-        Ok(Self { parameters, thetas, outputs, mesh: None })
+        let column = |place: usize| thetas.iter().map(|theta| theta[place]).collect::<Vec<_>>();
+        let inputs = (0..heads.len()).map(|place| (heads[place].0, column(place), false));
+        let results = outputs.iter().map(|of| (&of.name[..], marks::largest(&of.values), true));
+        let doubts = inputs
+            .chain(results)
+            .flat_map(|(name, values, is_output)| marks::doubts(name, &values, is_output, &said));
+        let warnings = doubts.collect();
+        Ok(Self { parameters, thetas, outputs, mesh: None, warnings })
     }
 }
 
@@ -264,17 +293,27 @@ struct Table<'a> {
     heads: Vec<String>,
     /// Cells of each row, with the number of its line.
     rows: Vec<(usize, Vec<String>)>,
+    /// Lines whose column `failure` has words.
+    failed: Vec<usize>,
 }
 
 impl<'a> Table<'a> {
     fn read(file: &'a Path) -> Result<Self, ThetaText> {
-        let mut table = Self { file, first: 0, heads: Vec::new(), rows: Vec::new() };
+        let (heads, rows, failed) = (Vec::new(), Vec::new(), Vec::new());
+        let mut table = Self { file, first: 0, heads, rows, failed };
         let text = table_text(file).map_err(|reason| table.error(0, reason))?;
         for (line, text) in (1..).zip(text.lines()).filter(|(_, line)| !is_comment(line)) {
             let cells = cells(text);
             match table.heads.len() {
                 0 => (table.first, table.heads) = (line, cells),
-                count if count == cells.len() => table.rows.push((line, cells)),
+                count if count == cells.len() => {
+                    let said = table.heads.iter().zip(&cells).find(|(head, _)| *head == FAILURE);
+                    match said.map_or("", |(_, said)| said) {
+                        "" => table.rows.push((line, cells)),
+                        said if said.parse::<f64>().is_ok() => table.rows.push((line, cells)),
+                        _ => table.failed.push(line),
+                    }
+                }
                 count => {
                     let reason = format!("{} values for {count} columns; {OMIT}", cells.len());
                     return Err(table.error(line, reason));
@@ -347,7 +386,16 @@ impl<'a> Table<'a> {
     ) -> Result<Runs, ThetaText> {
         let heads: Vec<_> = inputs.iter().map(|&column| self.head(column)).collect();
         let said = |run: usize| format!("line {}", self.rows[run].0);
-        Runs::new(&heads, thetas, outputs, said).map_err(|reason| self.error(0, reason))
+        let runs = Runs::new(&heads, thetas, outputs, said);
+        let mut runs = runs.map_err(|reason| self.error(0, reason))?;
+        if let [first, ..] = self.failed[..] {
+            let count = self.failed.len();
+            let told = format!(
+                "{count} failed runs are left out, the first in line {first}: the column `{FAILURE}` says why"
+            );
+            runs.warnings.push(told);
+        }
+        Ok(runs)
     }
 }
 

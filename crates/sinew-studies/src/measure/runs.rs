@@ -125,5 +125,6 @@ fn functions() -> Result<Runs> {
         values: thetas.iter().map(|theta| vec![of(theta)]).collect(),
     };
     let outputs = functions.into_iter().map(output).collect();
-    Ok(Runs { parameters: parameters.to_vec(), thetas, outputs, mesh: None })
+    let (parameters, warnings) = (parameters.to_vec(), Vec::new());
+    Ok(Runs { parameters, thetas, outputs, mesh: None, warnings })
 }

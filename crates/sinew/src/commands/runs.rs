@@ -65,9 +65,7 @@ impl RunsArguments {
                 folder.display()
             )
         })?;
-        let Runs { parameters, thetas, outputs, mesh } = runs;
-        let terminal = &mut Terminal::default();
-        let emulator = RunsEmulator::fit(parameters, &thetas, &outputs, mesh, terminal)?;
+        let emulator = runs.fit(&mut Terminal::default())?;
         emulator.save(&folder.join(EMULATOR))?;
         tell(&emulator);
         println!("written: {}", folder.display());

@@ -16,6 +16,8 @@ const DISAGREE: f64 = 1.05;
 /// Misfits at the mode \[standard deviations\] from which on a value is doubtful, and refused.
 const DOUBTFUL: f64 = 3.0;
 const OUT_OF_REACH: f64 = 5.0;
+/// Standard deviation of a measurement over that of the emulator below which chains would follow the surface of the emulator's error alone.
+const EXACT: f64 = 1e-3;
 /// Effective share of importance weights above which they hardly differ.
 const EQUAL: f64 = 0.99;
 /// Share of a range next to an end. If more draws are there than in the next such share, by this factor, the posterior goes on beyond it.
@@ -243,6 +245,12 @@ impl<'a> Target<'a> {
                 ));
             }
             warnings.extend((misfit > DOUBTFUL).then_some(said));
+            if *sd < EXACT * found.deviation {
+                return Err(format!(
+                    "{output}: an sd of {sd:e} is none of a measurement beside the error of the emulator, {:.1e}; give one of at least {EXACT} of it",
+                    found.deviation
+                ));
+            }
             if found.deviation > *sd {
                 warnings.push(format!(
                     "the error of the emulator of {output}, {}, exceeds that of the measurement; more runs make the posterior narrower",

@@ -3,11 +3,12 @@
 use crate::program::{done, refused};
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
-use sinew::emulate::{Output, RunsEmulator, share_of};
+use sinew::emulate::{Observer, Output, Progress, RunsEmulator, share_of};
 use sinew::runs::{Measured, RunsPosterior};
 use sinew::{Design, Parameter};
 use sinew_sample::{NutsOptions, standard_normals};
 use std::fmt::Write;
+use std::ops::ControlFlow;
 
 /// Emulator of two numbers of a stiffness and an angle, of this many runs.
 pub(crate) fn two_numbers(count: usize) -> (RunsEmulator, Vec<Vec<f64>>) {
@@ -248,4 +249,20 @@ fn outputs_of_one_curve_share_the_error_of_the_emulator() {
     // Were the errors independent, it would be √20 times smaller.
     let (one, all) = (deviation(1), deviation(20));
     assert!(all > 0.6 * one, "{all:e} by 20 outputs, {one:e} by one");
+}
+
+/// Chains would follow the surface of the emulator's error for minutes, and disagree.
+#[test]
+fn a_standard_deviation_far_below_the_error_of_the_emulator_is_refused_at_once() {
+    let (emulator, _) = two_numbers(16);
+    let datum = |sd| Measured { output: "volume".into(), value: 75.0, sd };
+    struct Never;
+    impl Observer for Never {
+        fn progress(&mut self, progress: &Progress<'_>) -> ControlFlow<()> {
+            panic!("{}", progress.stage)
+        }
+    }
+    let told = RunsPosterior::new(&emulator, &[datum(1e-12)], &NutsOptions::default(), &mut Never);
+    let told = told.expect_err("no measurement").to_string();
+    assert!(told.contains("volume: an sd of 1e-12"), "{told}");
 }

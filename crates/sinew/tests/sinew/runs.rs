@@ -343,3 +343,49 @@ fn a_row_of_many_runs_is_no_cluster_of_twins() {
     let emulator = RunsEmulator::fit(parameters, &thetas, &outputs, None, &mut ()).unwrap();
     assert!(emulator.warnings[0].contains("follows from the other parameters"));
 }
+
+#[test]
+fn marks_of_failed_runs_are_told_with_their_rows() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("runs.csv");
+    let told = |mark: &str, at: &[usize], value: fn(f64) -> f64| {
+        let row = |i: usize| match at.contains(&i) {
+            true => format!("{i},{mark}\n"),
+            false => format!("{i},{}\n", value(i as f64)),
+        };
+        let text = (1..=14).map(row).collect::<String>();
+        std::fs::write(&path, format!("x,volume\n{text}")).unwrap();
+        Runs::read_table(&path, "x", None).unwrap().warnings
+    };
+    let volume = |i: f64| 60.0 - i;
+    for mark in ["-9999", "9999", "1e30", "-1e10", "999"] {
+        for at in [&[6][..], &[3, 9]] {
+            let found = told(mark, at, volume);
+            let line = format!("in line {}", at[0] + 1);
+            assert!(found.len() == 1 && found[0].contains(&line), "{mark}: {found:?}");
+            assert_eq!(found[0].contains("1 more"), at.len() > 1, "{found:?}");
+        }
+    }
+    assert_eq!(told("0", &[3, 9, 11], volume).len(), 1, "zeros");
+    let found = told("-9999", &[4], |i| 300.0 * i);
+    assert!(found[0].contains("volume is −9999 in line 5, far from all others"), "{found:?}");
+    let smooth: [fn(f64) -> f64; 5] =
+        [volume, |i| 5.0 / i, f64::exp, |i| (i - 8.0).max(0.0), |i| 1.0 / (15.0 - i)];
+    for smooth in smooth {
+        assert_eq!(told("", &[], smooth), Vec::<String>::new());
+    }
+    // Marks are in all predictions, and the file of the emulator keeps it.
+    let _ = told("-9999", &[6], volume);
+    done(folder.path(), "train --from-table runs.csv --parameters x");
+    let said = done(folder.path(), "predict out/runs --theta x=3.5");
+    assert!(said.contains("warning: volume is −9999 in line 7"), "{said}");
+    // A parameter takes the same value in many runs of a design, fields have marks at nodes.
+    let thetas: Vec<_> = (0..12).map(|i| vec![[1.0, 10.0, 100.0][i % 3], i as f64]).collect();
+    let field = |i: usize| vec![0.1 * i as f64, if i == 5 { -9999.0 } else { 0.2 }, 0.0];
+    let values = (0..12).map(field).collect();
+    let output = Output { name: "displacement".into(), unit: "mm".into(), values };
+    let heads = [("p", ""), ("q", "")];
+    let runs = Runs::new(&heads, thetas, vec![output], |run| format!("run {run}")).unwrap();
+    let [one] = &runs.warnings[..] else { panic!("{:?}", runs.warnings) };
+    assert!(one.contains("displacement is −9999 in run 5"), "{one}");
+}
