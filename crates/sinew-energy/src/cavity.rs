@@ -12,7 +12,6 @@ use crate::frames::Held;
 use closing::{Add, At, moved, projected};
 use sinew_mesh::extents;
 use sinew_num::{Mat3, connected_cells};
-use std::collections::HashMap;
 
 /// The space behind a surface that a pressure acts on, such as the chamber of a ventricle.
 ///
@@ -23,7 +22,7 @@ use std::collections::HashMap;
 pub struct Cavity {
     /// The facet set.
     pub name: String,
-    /// Connected surfaces of the set; those of curved facets twice, in two coverings by triangles, each with its share of the volume.
+    /// Connected surfaces of the set.
     pub parts: Vec<CavityPart>,
     /// Sign of the triangles' order: the volume is positive at rest. That of a surface flat at rest grows with a pressure on it.
     pub sign: f64,
@@ -33,23 +32,18 @@ pub struct Cavity {
 const NO_VOLUME: f64 = 1e-6;
 
 impl Cavity {
-    /// Makes a cavity from coverings by triangles and their shares of its volume, the corners' first; `None` where symmetry planes leave
-    /// the volume undetermined.
-    pub(crate) fn new(
+    /// Makes a cavity from facets of K nodes; `None` where symmetry planes leave the volume undetermined.
+    pub(crate) fn new<const K: usize>(
         name: &str,
-        coverings: &[(f64, Vec<[usize; 3]>)],
+        facets: &[[usize; K]],
         around: &Surroundings<'_>,
     ) -> Option<Self> {
-        let parts = coverings.iter().flat_map(|(share, triangles)| {
-            let parts = connected_cells(around.points.len(), triangles).into_iter();
-            parts.map(|own| Some(CavityPart { share: *share, ..CavityPart::new(own, around)? }))
-        });
-        let mut cavity =
-            Self { name: name.into(), parts: parts.collect::<Option<_>>()?, sign: -1.0 };
+        let parts = connected_cells(around.points.len(), facets).into_iter();
+        let parts = parts.map(|own| CavityPart::new(&own, around)).collect::<Option<_>>()?;
+        let mut cavity = Self { name: name.into(), parts, sign: -1.0 };
         let volume = cavity.measure(&|node| around.points[node], &mut |_, _| {});
         let largest = |points: &[[f64; 3]]| extents(points).into_iter().fold(0.0, f64::max);
-        let nodes = coverings.iter().flat_map(|(_, triangles)| triangles.as_flattened());
-        let own: Vec<_> = nodes.map(|&node| around.points[node]).collect();
+        let own: Vec<_> = facets.as_flattened().iter().map(|&node| around.points[node]).collect();
         if volume.abs() > NO_VOLUME * largest(around.points) * largest(&own).powi(2) {
             cavity.sign = volume.signum();
         }
@@ -71,17 +65,14 @@ impl Cavity {
     }
 
     /// Origins of the volumes, at the nodes of their surfaces' corners, and the lids; `None` where symmetry planes move or are parallel.
-    /// `middle` has the nodes between two corners, ascending.
     pub(crate) fn pressed(
         &self,
         points: &[[f64; 3]],
         held: &Held,
-        middle: &HashMap<[usize; 2], usize>,
     ) -> Option<(Vec<[f64; 3]>, Vec<PressedLid>)> {
         let (mut origins, mut lids) = (points.to_vec(), Vec::new());
         let at = |node: usize| points[node];
-        let coverings = if self.parts[0].share == 1.0 { 1 } else { 2 };
-        for part in &self.parts[..self.parts.len() / coverings] {
+        for part in &self.parts {
             let planes = part.planes.iter().chain(part.lids.iter().flat_map(|lid| &lid.planes));
             let mut resting = planes.map(|p| held.along(p.node, &p.normal));
             let is_whole = part.field == Mat3::from_fn(|i, j| Mat3::IDENTITY[i][j] / 3.0);
@@ -90,18 +81,14 @@ impl Cavity {
             }
             let origin = projected(&part.planes, at(part.triangles[0][0]), &at);
             part.triangles.as_flattened().iter().for_each(|&node| origins[node] = origin);
-            lids.extend(part.lids.iter().map(|lid| PressedLid::new(lid, points, &origin, middle)));
+            lids.extend(part.lids.iter().map(|lid| PressedLid::new(lid, points, &origin)));
         }
         Some((origins, lids))
     }
 
     /// Volume with the sign of the triangles' order; its derivatives are added node by node.
     fn measure(&self, at: &At<'_>, add: &mut Add<'_>) -> f64 {
-        let each = |part: &CavityPart| {
-            let mut add = |node, slope: [f64; 3]| add(node, slope.map(|x| part.share * x));
-            part.share * part.measure(at, &mut add).0
-        };
-        self.parts.iter().map(each).sum()
+        self.parts.iter().map(|part| part.measure(at, add).0).sum()
     }
 }
 

@@ -218,7 +218,7 @@ fn cavities(body: &Body, surface: &Surface, fitted: &Sampled) -> ViewerEmulator 
             parts: cavity
                 .parts
                 .iter()
-                .map(|part| closed(part, cavity.sign * part.share, surface))
+                .map(|part| closed(part, cavity.sign, surface))
                 .collect::<Option<_>>()?,
             pressure: (0..body.parameters.len()).find(is_its),
             range: [own().fold(f64::INFINITY, f64::min), own().fold(f64::NEG_INFINITY, f64::max)],
@@ -228,7 +228,7 @@ fn cavities(body: &Body, surface: &Surface, fitted: &Sampled) -> ViewerEmulator 
     ViewerEmulator { cavities, volume, volume_scale, ..ViewerEmulator::default() }
 }
 
-/// A part of a cavity by nodes of the surface, with the cavity's sign and the part's share in its field.
+/// A part of a cavity by nodes of the surface, with the cavity's sign in its field.
 fn closed(part: &CavityPart, sign: f64, surface: &Surface) -> Option<Value> {
     let places = |nodes: &[usize]| -> Option<Vec<u32>> {
         nodes.iter().map(|&node| surface.place(node)).collect()
@@ -239,12 +239,15 @@ fn closed(part: &CavityPart, sign: f64, surface: &Surface) -> Option<Value> {
         };
         planes.iter().map(plane).collect()
     };
-    let lid = |Lid { edges, planes: own }: &Lid| {
+    let lid = |Lid { edges, chords, planes: own }: &Lid| {
         let edges = edges.iter().map(|edge| places(edge)).collect::<Option<Vec<_>>>()?;
-        Some(json!({ "edges": edges, "planes": planes(own)? }))
+        let ends = chords.iter().map(|(ends, _)| places(ends)).collect::<Option<Vec<_>>>()?;
+        let weights: Vec<f64> = chords.iter().map(|(_, weight)| *weight).collect();
+        Some(json!({ "edges": edges, "chords": ends, "weights": weights, "planes": planes(own)? }))
     };
     Some(json!({
         "triangles": Packed::u32(places(part.triangles.as_flattened())?),
+        "weights": part.weights,
         "lids": part.lids.iter().map(lid).collect::<Option<Vec<_>>>()?,
         "planes": planes(&part.planes)?,
         "field": part.field.0.map(|row| row.map(|x| sign * x)),

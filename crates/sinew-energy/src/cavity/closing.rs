@@ -15,10 +15,10 @@ pub(crate) const FLAT: f64 = 1e-5;
 /// A connected surface with its closing. Its volume is the flux of a field `S (x − o)` of divergence one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CavityPart {
-    /// Share of its volume in that of the cavity: 1, or one of two that add up to 1.
-    pub share: f64,
-    /// Triangles that cover the surface, counterclockwise seen from outside the solid.
+    /// Triangles, counterclockwise seen from outside the solid. The flux through the surface is the sum of theirs, weighted.
     pub triangles: Vec<[usize; 3]>,
+    /// Weights of the triangles of a facet, repeated facet by facet: 1 of a flat facet.
+    pub weights: Vec<f64>,
     /// Lids, one for each rim.
     pub lids: Vec<Lid>,
     /// Symmetry planes that the origin o lies in: the projection of the first node on them.
@@ -30,8 +30,11 @@ pub struct CavityPart {
 /// A cone over a rim.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lid {
-    /// Edges of the rim in the order that makes its triangles go on with the surface.
+    /// Edges of the rim between corners, in the order that makes its triangles go on with the surface. The apex is their mean.
     pub edges: Vec<[usize; 2]>,
+    /// Pairs of nodes a, b with weights w: the cone is that over `½ Σ w x_a × x_b`, the area vector of the rim. A rim of quadratic cells
+    /// consists of their parabolas.
+    pub chords: Vec<([usize; 2], f64)>,
     /// Symmetry planes that the rim ends in. The apex is projected on them.
     pub planes: Vec<SymmetryPlane>,
 }
@@ -58,6 +61,8 @@ pub(crate) struct Surroundings<'a> {
     pub points: &'a [[f64; 3]],
     pub held: &'a Held,
     pub beyond: HashMap<[usize; 2], Vec<usize>>,
+    /// Nodes between two corners, ascending.
+    pub middle: HashMap<[usize; 2], usize>,
     /// Distances from a plane that count as rounding errors \[length\].
     pub even: f64,
 }
@@ -73,8 +78,15 @@ struct Plane {
 
 impl CavityPart {
     /// Closes a connected surface; `None` where symmetry planes leave the volume undetermined.
-    pub(super) fn new(triangles: Vec<[usize; 3]>, around: &Surroundings<'_>) -> Option<Self> {
-        let surface = TriangleMesh { cells: triangles.clone(), ..TriangleMesh::default() };
+    pub(super) fn new<const K: usize>(
+        facets: &[[usize; K]],
+        around: &Surroundings<'_>,
+    ) -> Option<Self> {
+        let (split, weights): (Vec<[usize; 3]>, _) = triangles_of(K).into_iter().unzip();
+        let triangles = facets.iter().flat_map(|nodes| split.iter().map(|t| t.map(|k| nodes[k])));
+        let corners: &[[usize; 3]] = if K == 4 { &[[0, 1, 2], [0, 2, 3]] } else { &[[0, 1, 2]] };
+        let cells = facets.iter().flat_map(|nodes| corners.iter().map(|t| t.map(|k| nodes[k])));
+        let surface = TriangleMesh { cells: cells.collect(), ..TriangleMesh::default() };
         let edge = |facet| {
             let mut nodes = surface.nodes_of_facet(facet);
             let [a, b] = [nodes.next()?, nodes.next()?];
@@ -83,9 +95,9 @@ impl CavityPart {
         let rim: Vec<_> = boundary_facets(&surface).into_iter().filter_map(edge).collect();
         let rims = connected_cells(around.points.len(), &rim);
         let mirrored = around.mirrored(&rims).filter(|(planes, _)| !planes.is_empty());
-        let lids = rims.into_iter().map(|edges| Lid { edges, planes: Vec::new() }).collect();
+        let lids = rims.into_iter().map(|edges| around.lid(edges, Vec::new())).collect();
         let (field, planes) = around.field(&[])?;
-        let plain = Self { share: 1.0, triangles, lids, planes, field };
+        let plain = Self { triangles: triangles.collect(), weights, lids, planes, field };
         let Some((planes, lids)) = mirrored else { return Some(plain) };
         let (field, planes) = around.field(&planes)?;
         let mirrored = Self { lids, planes, field, ..plain.clone() };
@@ -96,11 +108,15 @@ impl CavityPart {
     fn is_closed(&self, points: &[[f64; 3]]) -> bool {
         let rest = vec![0.0; 3 * points.len()];
         let (_, left) = self.measure(&moved(points, &rest), &mut |_, _| {});
-        let area = |nodes: &[usize; 3]| {
+        let area = |(nodes, weight): (&[usize; 3], &f64)| {
             let [a, b, c] = nodes.map(|node| points[node]);
-            norm(&cross(&sub3(&b, &a), &sub3(&c, &a)))
+            weight * norm(&cross(&sub3(&b, &a), &sub3(&c, &a)))
         };
-        norm(&left) <= PARALLEL * self.triangles.iter().map(area).sum::<f64>()
+        norm(&left) <= PARALLEL * self.weighted().map(area).sum::<f64>()
+    }
+
+    fn weighted(&self) -> impl Iterator<Item = (&[usize; 3], &f64)> {
+        self.triangles.iter().zip(self.weights.iter().cycle())
     }
 
     /// Volume with its sign, and the derivative in the first node's position that comes from the origin: zero on a closed surface.
@@ -108,27 +124,27 @@ impl CavityPart {
         let first = self.triangles[0][0];
         let origin = projected(&self.planes, at(first), at);
         let (mut volume, mut of_origin) = (0.0, [0.0; 3]);
-        let mut flux = |corners: [[f64; 3]; 3]| {
+        let mut flux = |weight: f64, corners: [[f64; 3]; 3]| {
             let [a, b, c] = corners.map(|x| sub3(&x, &origin));
             let [bc, ca, ab] = [sub3(&c, &b), sub3(&a, &c), sub3(&b, &a)];
-            let area = cross(&ca, &ab).map(|x| 0.5 * x);
+            let area = cross(&ca, &ab).map(|x| 0.5 * weight * x);
             let middle = self.field.apply(&add3(&add3(&a, &b), &c).map(|x| x / 3.0));
             let through = self.field.apply(&area);
             volume += dot3(&middle, &area);
             of_origin = sub3(&of_origin, &through);
             [bc, ca, ab].map(|opposite| {
                 let turned = cross(&middle, &opposite);
-                std::array::from_fn(|i| through[i] / 3.0 + 0.5 * turned[i])
+                std::array::from_fn(|i| through[i] / 3.0 + 0.5 * weight * turned[i])
             })
         };
-        for nodes in &self.triangles {
-            let slopes = flux(nodes.map(at));
+        for (nodes, &weight) in self.weighted() {
+            let slopes = flux(weight, nodes.map(at));
             nodes.iter().zip(slopes).for_each(|(&node, slope)| add(node, slope));
         }
         for lid in &self.lids {
             let (apex, mut of_apex) = (lid.apex(at), [0.0; 3]);
-            for &[a, b] in &lid.edges {
-                let [of_a, of_b, of_cone] = flux([at(a), at(b), apex]);
+            for &([a, b], weight) in &lid.chords {
+                let [of_a, of_b, of_cone] = flux(weight, [at(a), at(b), apex]);
                 add(a, of_a);
                 add(b, of_b);
                 of_apex = add3(&of_apex, &of_cone);
@@ -187,7 +203,7 @@ impl Surroundings<'_> {
         for rim in rims {
             let found: Vec<_> = rim.iter().map(|edge| self.plane(*edge, &mut planes)).collect();
             if found.iter().all(|plane| *plane == found[0]) {
-                lids.push(Lid { edges: rim.clone(), planes: Vec::new() });
+                lids.push(self.lid(rim.clone(), Vec::new()));
                 continue;
             }
             let pairs = || rim.iter().zip(&found);
@@ -199,11 +215,21 @@ impl Surroundings<'_> {
                 let own: BTreeSet<usize> =
                     pairs().filter(|(edge, _)| ends(edge)).filter_map(|(_, p)| *p).collect();
                 let own: Vec<_> = own.into_iter().map(|plane| planes[plane]).collect();
-                lids.push(Lid { planes: self.meeting(&own)?, edges });
+                lids.push(self.lid(edges, self.meeting(&own)?));
             }
             used.extend(found.into_iter().flatten());
         }
         Some((used.into_iter().map(|plane| planes[plane]).collect(), lids))
+    }
+
+    fn lid(&self, edges: Vec<[usize; 2]>, planes: Vec<SymmetryPlane>) -> Lid {
+        let of_edge = |&[a, b]: &[usize; 2]| match self.middle.get(&sorted([a, b])) {
+            None => vec![([a, b], 1.0)],
+            // ∮ x × dx over a parabola.
+            Some(&m) => vec![([a, m], 4.0 / 3.0), ([m, b], 4.0 / 3.0), ([a, b], -1.0 / 3.0)],
+        };
+        let chords = edges.iter().flat_map(of_edge).collect();
+        Lid { edges, chords, planes }
     }
 
     /// Index of the plane that the boundary facet beyond an edge of the rim slides in.
@@ -269,6 +295,26 @@ impl Surroundings<'_> {
             met.push(SymmetryPlane { node, normal, dual });
         }
         Some(met)
+    }
+}
+
+/// Triangles of a facet by its nodes, with weights: the flux of a field linear in x through the facet is the sum of theirs. A bilinear facet
+/// is the mean of both its diagonals; a triangle with middle nodes is the integral over its quadratic map.
+fn triangles_of(nodes: usize) -> Vec<([usize; 3], f64)> {
+    match nodes {
+        4 => [[0, 1, 2], [0, 2, 3], [1, 2, 3], [1, 3, 0]].map(|t| (t, 0.5)).into(),
+        6 => {
+            let around = (0..3).flat_map(|a| {
+                let [b, c] = [1, 2].map(|k| (a + k) % 3);
+                let [ab, bc, ca] = [a, b, c].map(|k| 3 + k);
+                let adjacent = [([a, b, ab], 0.2), ([a, ab, ca], 1.6)];
+                let across = [([a, b, bc], -1.0 / 3.0), ([a, b, ca], -1.0 / 3.0)];
+                let inner = [([a, ab, bc], 4.0 / 15.0), ([a, bc, ca], 4.0 / 15.0)];
+                [adjacent, across, inner].concat()
+            });
+            around.chain([([0, 1, 2], 2.0 / 15.0), ([3, 4, 5], 16.0 / 15.0)]).collect()
+        }
+        _ => vec![([0, 1, 2], 1.0)],
     }
 }
 

@@ -1,14 +1,12 @@
 //! Lids that the pressure in a cavity acts on.
 
-use super::closing::{Add, Lid, add_projected, projected, sorted};
+use super::closing::{Add, Lid, add_projected, projected};
 use crate::SurfaceResponse;
 use sinew_num::{Mat3, add3, cross, dot3, norm, sub3};
-use std::collections::HashMap;
 
 /// A lid over a rim that moves, under the pressure of its cavity. With the surface it encloses the cavity's volume, wherever the origin.
 ///
-/// The volume between lid and origin is `⅓ a·A` with the apex a and the area vector `A = ½ ∮ x × dx` of the rim. It is that of
-/// [`crate::Cavity`], but for the rim of quadratic cells, whose edges are the parabolas of the cells.
+/// The volume between lid and origin is `⅓ a·A` with the apex a and the area vector `A = ½ ∮ x × dx` of the rim: that of [`crate::Cavity`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct PressedLid {
     /// Nodes of the rim, those between two corners too.
@@ -17,17 +15,10 @@ pub struct PressedLid {
     pub positions: Vec<[f64; 3]>,
     /// The cone, by places in `nodes`.
     pub lid: Lid,
-    /// Pairs of places with weights w: `A = ½ Σ w x_a × x_b`.
-    pub chords: Vec<([usize; 2], f64)>,
 }
 
 impl PressedLid {
-    pub(super) fn new(
-        lid: &Lid,
-        points: &[[f64; 3]],
-        origin: &[f64; 3],
-        middle: &HashMap<[usize; 2], usize>,
-    ) -> Self {
+    pub(super) fn new(lid: &Lid, points: &[[f64; 3]], origin: &[f64; 3]) -> Self {
         let mut nodes = Vec::new();
         let mut place = |node: usize| {
             nodes.iter().position(|&n| n == node).unwrap_or_else(|| {
@@ -35,23 +26,13 @@ impl PressedLid {
                 nodes.len() - 1
             })
         };
-        let (mut own, mut chords) = (lid.clone(), Vec::new());
-        for (edge, &nodes) in own.edges.iter_mut().zip(&lid.edges) {
-            let [a, b] = nodes.map(&mut place);
-            *edge = [a, b];
-            match middle.get(&sorted(nodes)) {
-                None => chords.push(([a, b], 1.0)),
-                Some(&node) => {
-                    // ∮ x × dx over a parabola.
-                    let m = place(node);
-                    let weights = [4.0 / 3.0, 4.0 / 3.0, -1.0 / 3.0];
-                    chords.extend([[a, m], [m, b], [a, b]].into_iter().zip(weights));
-                }
-            }
-        }
+        let mut own = lid.clone();
+        let chords = own.chords.iter_mut().map(|(chord, _)| chord);
+        let pairs = own.edges.iter_mut().chain(chords);
+        pairs.for_each(|pair| *pair = pair.map(&mut place));
         own.planes.iter_mut().for_each(|plane| plane.node = place(plane.node));
         let positions = nodes.iter().map(|&node| sub3(&points[node], origin)).collect();
-        Self { nodes, positions, lid: own, chords }
+        Self { nodes, positions, lid: own }
     }
 
     fn motion(&self, displacement: &[f64]) -> impl Fn(usize) -> [f64; 3] {
@@ -78,7 +59,7 @@ impl PressedLid {
         let shift = shift.map(|x| x / whole.max(f64::MIN_POSITIVE));
         let (shift, apex) = (projected(&self.lid.planes, shift, &u), self.lid.apex(&rest));
         let mut sum = 0.0;
-        for &([a, b], weight) in &self.chords {
+        for &([a, b], weight) in &self.lid.chords {
             let change = add3(&cross(&u(a), &at(b)), &cross(&rest(a), &u(b)));
             sum += weight * (dot3(&shift, &cross(&at(a), &at(b))) + dot3(&apex, &change));
         }
@@ -96,13 +77,13 @@ impl PressedLid {
         };
         let axes = Mat3::IDENTITY.0;
         let (apex, mut area) = (self.lid.apex(&at), [0.0; 3]);
-        for &([a, b], weight) in &self.chords {
+        for &([a, b], weight) in &self.lid.chords {
             area = add3(&area, &cross(&at(a), &at(b)).map(|x| 0.5 * weight * x));
         }
         let of_apex = axes.map(|axis| row(&|add| self.lid.add_slopes(axis, &at, add)));
         let of_area = axes.map(|axis| {
             row(&|add| {
-                for &([a, b], weight) in &self.chords {
+                for &([a, b], weight) in &self.lid.chords {
                     add(a, cross(&at(b), &axis).map(|x| 0.5 * weight * x));
                     add(b, cross(&axis, &at(a)).map(|x| 0.5 * weight * x));
                 }
@@ -120,7 +101,7 @@ impl PressedLid {
         for k in 0..3 {
             response.add_products(1.0 / 3.0, &of_apex[k], &of_area[k]);
         }
-        for &([a, b], weight) in &self.chords {
+        for &([a, b], weight) in &self.lid.chords {
             let axis = apex.map(|x| weight / 6.0 * x);
             response.add_cross(a, b, axis.map(|x| -x));
             response.add_cross(b, a, axis);

@@ -122,18 +122,22 @@ impl<const N: usize> Setup<'_, N> {
         let points = &self.mesh.points;
         let places: Vec<_> = nodes.iter().map(|&node| points[node]).collect();
         let even = FLAT * extents(&places).into_iter().fold(0.0, f64::max);
-        let around = Surroundings { points, held, beyond, even };
-        // A bilinear facet has the mean of both diagonals, exactly; one with middle nodes goes by Simpson's rule.
-        let coverings: &[(i32, &[[usize; 3]])] = match N {
-            8 => &[(3, &[[0, 1, 2], [0, 2, 3]]), (3, &[[1, 2, 3], [1, 3, 0]])],
-            10 => &[(-2, &[[0, 1, 2]]), (8, &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])],
-            _ => &[(6, &[[0, 1, 2]])],
-        };
-        let covering = |&(sixths, split): &(i32, &[[usize; 3]])| {
-            let on = facets.iter().flat_map(|nodes| split.iter().map(move |t| t.map(|k| nodes[k])));
-            (f64::from(sixths) / 6.0, on.collect())
-        };
-        Ok(Cavity::new(name, &coverings.iter().map(covering).collect::<Vec<_>>(), &around))
+        let mut middle = HashMap::new();
+        for nodes in &facets {
+            for a in 0..corners {
+                let edge = sorted([nodes[a], nodes[(a + 1) % corners]]);
+                middle.extend(nodes.get(corners + a).map(|&node| (edge, node)));
+            }
+        }
+        let around = Surroundings { points, held, beyond, middle, even };
+        fn of<const K: usize>(facets: &[Vec<usize>]) -> Vec<[usize; K]> {
+            facets.iter().map(|nodes| std::array::from_fn(|k| nodes[k])).collect()
+        }
+        Ok(match N {
+            8 => Cavity::new::<4>(name, &of(&facets), &around),
+            10 => Cavity::new::<6>(name, &of(&facets), &around),
+            _ => Cavity::new::<3>(name, &of(&facets), &around),
+        })
     }
 
     /// The pressures with a potential, and those without.
@@ -148,9 +152,9 @@ impl<const N: usize> Setup<'_, N> {
             let Some((name, magnitude)) = load.pressure() else { continue };
             let (rule, facets) = (FacetRule::of_cells::<N>(), self.facet_nodes(name)?);
             let closed = match load {
-                Load::CavityPressure { .. } => self.lids(name, &rule, &facets, held),
+                Load::CavityPressure { .. } => self.lids(name, &rule, held),
                 Load::ThesisPressure { .. } if N != 4 => Err(SceneError::Loads(format!(
-                    "the thesis' pressure is defined on linear tetrahedra (4 nodes), not on cells of {N} nodes; use Load::Pressure, the true follower load"
+                    "the thesis' pressure is defined on linear tetrahedra (4 nodes), not on cells of {N} nodes; take a pressure, the true follower load"
                 ))),
                 Load::ThesisPressure { .. } => Ok(about([0.0; 3])),
                 _ => rim_origin(name, &rule, &facets, points, held).map(about),
@@ -180,7 +184,6 @@ impl<const N: usize> Setup<'_, N> {
         &self,
         name: &str,
         rule: &FacetRule,
-        facets: &[Vec<usize>],
         held: &Held,
     ) -> Result<(Vec<[f64; 3]>, Vec<PressedLid>), SceneError> {
         let refuse = |what: &str| {
@@ -191,16 +194,9 @@ impl<const N: usize> Setup<'_, N> {
         if rule.dimension == 2 {
             return Err(refuse("a section of triangles has no lids"));
         }
-        let mut middle = HashMap::new();
-        for nodes in facets {
-            for a in 0..rule.corners {
-                let edge = sorted([nodes[a], nodes[(a + 1) % rule.corners]]);
-                middle.extend(nodes.get(rule.corners + a).map(|&node| (edge, node)));
-            }
-        }
         let cavity = self.cavity(name, held)?;
         let cavity = cavity.ok_or_else(|| refuse("its symmetry planes leave it open"))?;
-        let pressed = cavity.pressed(&self.mesh.points, held, &middle);
+        let pressed = cavity.pressed(&self.mesh.points, held);
         pressed.ok_or_else(|| {
             refuse("its rim slides in planes that are parallel or that supports move")
         })

@@ -51,7 +51,7 @@ fn bodies() -> Vec<(&'static str, Body)> {
 
 #[test]
 fn the_potential_is_minus_pressure_times_change_of_volume() {
-    for (name, body) in bodies().into_iter().filter(|(name, _)| *name != "quadratic") {
+    for (name, body) in bodies() {
         for size in [1e-5, 0.02] {
             let u = match name {
                 // Its facets are bilinear, the volume's are triangles: only affine motions keep both alike.
@@ -239,5 +239,5 @@ fn a_loose_rim_is_told_of_the_lid() {
         scene_of(mesh, vec![load], Vec::new()).lower().unwrap_err()
     };
     let error = bare(tilted().0.into());
-    assert!(error.to_string().contains("Load::CavityPressure"), "{error}");
+    assert!(error.to_string().contains("close it by a lid"), "{error}");
 }

@@ -50,15 +50,15 @@
     let volume = 0;
     const place = (node) => [at[3 * node], at[3 * node + 1], at[3 * node + 2]];
     const onto = (planes, x) => planes.reduce((on, { node, normal, dual }) => plus(on, dual, -dot(normal, plus(x, place(node), -1))), x);
-    for (const { triangles, lids, planes, field } of parts) {
+    for (const { triangles, weights, lids, planes, field } of parts) {
       const origin = onto(planes, place(triangles[0]));
-      const add = (a, b, c) => (volume += dot(field.map((row) => dot(row, plus(plus(plus(a, b), c), origin, -3))), cross(plus(b, a, -1), plus(c, a, -1))) / 6);
-      for (let t = 0; t < triangles.length; t += 3) add(place(triangles[t]), place(triangles[t + 1]), place(triangles[t + 2]));
-      for (const { edges, planes } of lids) {
+      const add = (weight, a, b, c) => (volume += weight * dot(field.map((row) => dot(row, plus(plus(plus(a, b), c), origin, -3))), cross(plus(b, a, -1), plus(c, a, -1))) / 6);
+      for (let t = 0; t < triangles.length; t += 3) add(weights[(t / 3) % weights.length], place(triangles[t]), place(triangles[t + 1]), place(triangles[t + 2]));
+      for (const { edges, chords, weights, planes } of lids) {
         const ends = edges.map((edge) => edge.map(place)), lengths = ends.map(([a, b]) => Math.hypot(...plus(b, a, -1)));
         const whole = lengths.reduce((sum, length) => sum + length, 0) || 1;
         const apex = onto(planes, ends.reduce((sum, [a, b], e) => plus(sum, plus(a, b), (0.5 * lengths[e]) / whole), [0, 0, 0]));
-        ends.forEach(([a, b]) => add(a, b, apex));
+        chords.forEach(([a, b], c) => add(weights[c], place(a), place(b), apex));
       }
     }
     return volume;
