@@ -131,7 +131,7 @@ impl<const N: usize> Setup<'_, N> {
         let element = Mesh::<N>::ELEMENT;
         if self.scene.discretisation.elements == Elements::Mixed && !element.is_quadratic() {
             return Err(SceneError::Body(format!(
-                "mixed elements have quadratic tetrahedra or triangles, but the mesh is made of {}; make it quadratic (sinew_mesh::Mesh::quadratic)",
+                "mixed elements have quadratic tetrahedra or triangles, but the mesh is made of {}; make it quadratic",
                 element.plural
             )));
         }

@@ -59,13 +59,13 @@ pub(crate) fn rim_origin(
         // Written so that a NaN is an error as well.
         if tilted.is_nan() || tilted > MISSED {
             return Err(SceneError::LooseRim(format!(
-                "the rim of `{name}` slides across {axis} but is not even: it goes from {axis} = {least} to {axis} = {most}, so that {:.2} % of the pressure's force would be lost, where 0.01 % is allowed; move its nodes into one plane, hold the rim, close it by a lid that moves with it (Load::CavityPressure), or solve the force balance (Scene::loose_rims)",
+                "the rim of `{name}` slides across {axis} but is not even: it goes from {axis} = {least} to {axis} = {most}, so that {:.2} % of the pressure's force would be lost, where 0.01 % is allowed; move its nodes into one plane, hold the rim, close it by a lid that moves with it, or solve the balance of forces with a loose rim",
                 100.0 * tilted
             )));
         }
         if off.is_nan() || off > MISSED {
             return Err(SceneError::LooseRim(format!(
-                "the rim of `{name}` slides in the planes {axis} = {least} and {axis} = {most}; its pressure has a potential for one plane per axis only: hold one of the rims, or solve the force balance (Scene::loose_rims)"
+                "the rim of `{name}` slides in the planes {axis} = {least} and {axis} = {most}; its pressure has a potential for one plane per axis only: hold one of the rims, or solve the balance of forces with a loose rim"
             )));
         }
     }
@@ -105,7 +105,7 @@ fn sliding(
         let Some((axis, piece)) = most_even else {
             let edge = [piece[0], piece[piece.len().min(2) - 1]];
             return Err(SceneError::LooseRim(format!(
-                "the pressure on `{name}` has no potential: the edge between nodes {} and {} of its rim is neither held nor made to slide in one coordinate plane; hold the rim, close it by a lid that moves with it (Load::CavityPressure), or solve the force balance (Scene::loose_rims)",
+                "the pressure on `{name}` has no potential: the edge between nodes {} and {} of its rim is neither held nor made to slide in one coordinate plane; hold the rim, close it by a lid that moves with it, or solve the balance of forces with a loose rim",
                 edge[0], edge[1]
             )));
         };

@@ -50,7 +50,7 @@ pub enum SolveError {
     CurveEnded { place: f64, theta: Vec<f64>, failure: Box<NotConverged> },
     /// A body without a potential, where one is needed.
     #[error(
-        "mixed elements and pressures with a loose rim have no potential, which this needs; solve them by Solver::solve, or hold the rim or close it by a lid (Load::CavityPressure), and choose other elements than Scene::mixed"
+        "mixed elements and pressures with a loose rim have no potential, which this needs; solve the balance of forces, or hold the rim or close it by a lid, and choose elements that are not mixed"
     )]
     NoPotential,
     /// A line in loads and parameters that cannot be followed.
@@ -143,16 +143,15 @@ pub enum Advice {
     /// A prescribed rotation so large that its nodes pass through each other on straight lines.
     #[error(
         "the prescribed motion turns its nodes by {degrees:.0} degrees, and load steps lead them there on straight lines, so that halfway the \
-         held part is only {:.0} % as wide: turn in parts of at most 90 degrees, each solved from the displacement of the one before \
-         (Solver::solve_from)",
+         held part is only {:.0} % as wide: turn in parts of at most 90 degrees, each solved from the displacement of the one before",
         100.0 * (0.5 * degrees).to_radians().cos()
     )]
     Turned { degrees: f64 },
     /// Conjugate gradients do not converge, and the factor that would take their place is too large.
     #[error(
         "conjugate gradients found no step, and a factor of the stiffness of {unknowns} unknowns would take {gigabytes:.1} GB, of which {most:.1} are \
-         taken unasked: raise the load in steps (LoadSteps::Always), reduce load or bulk modulus, or coarsen the mesh; where there is \
-         the memory, ask for factors (Method::Factor)"
+         taken unasked: raise the load in steps, reduce load or bulk modulus, or coarsen the mesh; where there is \
+         the memory, ask for factors"
     )]
     FactorTooLarge { unknowns: usize, gigabytes: f64, most: f64 },
     /// The stiffness lost positive definiteness.
@@ -162,9 +161,7 @@ pub enum Advice {
     )]
     Unstable,
     /// The iterations ran out.
-    #[error(
-        "allow more iterations (Options::iterations) or smaller load steps (Options::least_load_step)"
-    )]
+    #[error("raise the load in smaller steps, reduce it, or allow more iterations")]
     MoreIterations,
 }
 

@@ -259,12 +259,12 @@ pub enum UnloadError {
     Body(#[from] SolveError),
     /// The mixed formulation.
     #[error(
-        "a body with a field of pressure cannot be unloaded; lower it with averaged volume ratios (Scene::averaged) and a large bulk modulus"
+        "a body with a field of pressure cannot be unloaded; take averaged volume ratios and a large bulk modulus"
     )]
     PressureField,
     /// The thesis' formula for a pressure.
     #[error(
-        "the thesis' formula for a pressure only reproduces its numbers; unload under the pressure itself (Load::Pressure)"
+        "the thesis' formula for a pressure only reproduces its numbers; unload under the pressure itself"
     )]
     ThesisPressure,
     /// A pressure's potential is counted from the plane that its rim slides in.

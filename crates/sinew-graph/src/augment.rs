@@ -102,10 +102,10 @@ fn check_config(config: &AugmentationConfig, nodes: usize) -> Result<(), GraphEr
     ensure!(config.runs > 0, "k-means needs at least 1 run, `runs` is 0: 10 is a good number");
     let mut leaves = nodes;
     for (layer, &roots) in (1..).zip(&config.roots_per_layer) {
-        ensure!(roots > 0, "layer {layer} asks for 0 roots: shorten `roots_per_layer` instead");
+        ensure!(roots > 0, "layer {layer} asks for 0 virtual nodes: give fewer layers");
         ensure!(
             roots < leaves,
-            "layer {layer} asks for {roots} roots of {leaves} leaves: each layer must be smaller than the one before; for this mesh `AugmentationConfig::for_nodes` gives {:?}",
+            "layer {layer} asks for {roots} virtual nodes of {leaves} below: each layer must be smaller than the one before; usual for this mesh are {:?}",
             AugmentationConfig::for_nodes(nodes).roots_per_layer
         );
         leaves = roots;

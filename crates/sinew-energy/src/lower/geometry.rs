@@ -25,7 +25,7 @@ pub(super) fn shape_functions<const N: usize>(
             let positive = determinant > 0.0 && determinant.is_finite();
             if !positive {
                 return Err(SceneError::Body(format!(
-                    "cell {cell} has the volume {:?}, which must be positive; turn inverted cells by sinew_mesh::repair_orientation, and mesh a body with flat ones anew",
+                    "cell {cell} has the volume {:?}, which must be positive; turn inverted cells over, and mesh a body with flat ones anew",
                     determinant * point.weight
                 )));
             }

@@ -227,7 +227,7 @@ fn a_rim_that_is_not_even_is_refused_with_what_it_would_miss() {
     let [least, most, percent] = ["from x = ", "to x = ", "so that "].map(number);
     assert!(text.starts_with("the rim of `z_max` slides across x but is not even"), "{error}");
     assert!(least < 3.0 && most > 3.0 && most - least < 0.06, "{least} {most}");
-    assert!(percent > 0.01 && text.contains("loose_rims"), "{error}");
+    assert!(percent > 0.01 && text.contains("loose rim"), "{error}");
     assert_eq!(uneven(0.01).loose_rims().lower().unwrap().followers.len(), 1);
 }
 

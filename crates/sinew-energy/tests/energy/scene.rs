@@ -243,7 +243,7 @@ fn wrong_scenes_are_refused_with_advice() {
         "{unused}"
     );
     let linear = block().mixed().lower().unwrap_err();
-    assert_eq!(linear, SceneError::Body("mixed elements have quadratic tetrahedra or triangles, but the mesh is made of tetrahedra; make it quadratic (sinew_mesh::Mesh::quadratic)".into()));
+    assert_eq!(linear, SceneError::Body("mixed elements have quadratic tetrahedra or triangles, but the mesh is made of tetrahedra; make it quadratic".into()));
     let log_of_zero = refused(|s| s.parameters[0].range = [0.0, 1.0]);
     assert!(matches!(log_of_zero, SceneError::Range { .. }));
 }

@@ -31,7 +31,7 @@ impl<'m> Laplacian<'m> {
             let [o, a, b, c] = mesh.corners(cell);
             let edges = Matrix3::from_columns(&[a - o, b - o, c - o]);
             let inverse = edges.try_inverse().filter(|_| volume > 0.0);
-            let inverse = inverse.ok_or_else(|| FibreError::Unfit(format!("cell {cell} has the volume {volume:e}; run repair_orientation, or remove flat cells")))?;
+            let inverse = inverse.ok_or_else(|| FibreError::Unfit(format!("cell {cell} has the volume {volume:e}; turn inverted cells over, and remove flat ones")))?;
             let [a, b, c] = [0, 1, 2].map(|i| inverse.row(i).transpose());
             shape_gradients.push([-(a + b + c), a, b, c]);
             volumes.push(volume);

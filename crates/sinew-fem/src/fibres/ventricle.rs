@@ -199,7 +199,7 @@ impl Bounds {
             if let Some(part) = parts.iter().find(apart) {
                 let (node, nodes) = (part[0], part.len());
                 return Err(FibreError::Unfit(format!(
-                    "the part of the mesh with node {node} ({nodes} nodes) has no node on `{name}`; remove it, see remove_unused_nodes, or mesh the ventricle in one piece"
+                    "the part of the mesh with node {node} ({nodes} nodes) has no node on `{name}`; remove it, or mesh the ventricle in one piece"
                 )));
             }
         }

@@ -205,7 +205,7 @@ fn cells_that_are_no_part_of_the_wall_are_refused() {
     assert_eq!(
         refusal(&mesh),
         FibreError::Unfit(format!(
-            "the part of the mesh with node {first} (8 nodes) has no node on `endo`; remove it, see remove_unused_nodes, or mesh the ventricle in one piece"
+            "the part of the mesh with node {first} (8 nodes) has no node on `endo`; remove it, or mesh the ventricle in one piece"
         ))
     );
 

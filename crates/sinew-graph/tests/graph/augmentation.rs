@@ -74,11 +74,11 @@ fn positions_that_are_no_numbers() {
 fn configurations_that_do_not_fit() {
     let error = |layers: &[usize]| refused(&SQUARE, &SIDES, &config(layers, 1));
     let larger = error(&[9]);
-    assert!(larger.starts_with("layer 1 asks for 9 roots of 4 leaves"), "{larger}");
-    assert!(larger.ends_with("`AugmentationConfig::for_nodes` gives [1]"), "{larger}");
-    assert!(error(&[4]).starts_with("layer 1 asks for 4 roots of 4 leaves"));
-    assert!(error(&[2, 2]).starts_with("layer 2 asks for 2 roots of 2 leaves"));
-    assert_eq!(error(&[2, 0]), "layer 2 asks for 0 roots: shorten `roots_per_layer` instead");
+    assert!(larger.starts_with("layer 1 asks for 9 virtual nodes of 4 below"), "{larger}");
+    assert!(larger.ends_with("usual for this mesh are [1]"), "{larger}");
+    assert!(error(&[4]).starts_with("layer 1 asks for 4 virtual nodes of 4 below"));
+    assert!(error(&[2, 2]).starts_with("layer 2 asks for 2 virtual nodes of 2 below"));
+    assert_eq!(error(&[2, 0]), "layer 2 asks for 0 virtual nodes: give fewer layers");
     let no_runs = AugmentationConfig { runs: 0, ..config(&[2], 1) };
     assert_eq!(
         refused(&SQUARE, &SIDES, &no_runs),

@@ -53,7 +53,7 @@ impl ReadReport {
             (
                 self.coincident_nodes,
                 "node",
-                "at the place of another: cells do not hold together there; merge = true under [mesh] (`read_merged`) joins them",
+                "at the place of another: cells do not hold together there; merge = true under [mesh] joins them",
             ),
             (
                 self.near_nodes,

@@ -79,7 +79,7 @@ fn a_flat_tetrahedron_with_its_zero_area_side_is_refused() {
     assert_eq!(
         refused(mesh),
         SceneError::Body(
-            "cell 0 has the volume 0.0, which must be positive; turn inverted cells by sinew_mesh::repair_orientation, and mesh a body with flat ones anew"
+            "cell 0 has the volume 0.0, which must be positive; turn inverted cells over, and mesh a body with flat ones anew"
                 .into()
         )
     );
