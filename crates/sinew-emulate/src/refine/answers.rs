@@ -4,7 +4,7 @@
 use crate::parameters::extrapolation;
 use crate::recipe::progress::{Counter, Observer};
 use crate::refine::defects::{Defect, corrected, is_finite, place};
-use crate::refine::plan::{Counted, FEW, Method, Plan, has_branches};
+use crate::refine::plan::{Counted, FEW, Method, Plan, SWEPT, has_branches};
 use crate::refine::{Answer, confirmed, is_far};
 use crate::{Body, Emulator, Error, PodRegression, Result};
 use sinew_fem::{CHAIN, Options, Pairs, Refined, SolveError, Solver, Stop, neighbours, sweep};
@@ -38,6 +38,8 @@ const SHARPEST: f64 = 1e-9;
 /// Quasi-Newton steps that check the contraction, and the number of neighbours that then skip the check.
 const CHECKED: usize = 2;
 const TRUSTED: usize = 10;
+/// Answers that tell what an expansion is worth, at least.
+const LEAST_FIRST: usize = 8;
 
 /// Answers to all parameter sets, with the plan that they were made by.
 #[derive(Debug)]
@@ -207,7 +209,7 @@ impl Found<'_> {
     }
 
     /// Answers sets by steps from predictions, which the errors at sets before correct. Each chain of neighbours reuses the stiffness of its
-    /// last Newton step.
+    /// last Newton step. An expansion that takes more steps than a sweep leaves the rest to the solver.
     fn confirm(
         &mut self,
         cases: &[usize],
@@ -216,18 +218,27 @@ impl Found<'_> {
     ) -> Result<()> {
         let order = neighbours(&self.thetas(cases));
         let ordered: Vec<usize> = order.into_iter().map(|place| cases[place]).collect();
-        // Few at first: their errors correct the others.
-        let (first, rest) = ordered.split_at(CHAIN.min(ordered.len()));
+        // Few at first: their errors correct the others, and tell whether the expansion is worth its steps.
+        let first = (ordered.len() / 3).clamp(LEAST_FIRST, CHAIN).min(ordered.len());
+        let (first, rest) = ordered.split_at(first);
         let mut known = Vec::new();
         for cases in std::iter::once(first).chain(rest.chunks(AT_ONCE)) {
             let chain = |cases: &[usize]| self.chain(cases, guess, &known);
+            let mut steps = 0;
             for (answers, defects) in try_in_parallel(cases.chunks(CHAIN), chain)? {
+                let answered = answers.iter().filter_map(|(_, answer)| answer.as_ref().ok());
+                steps += answered.map(|answer| answer.steps).sum::<usize>();
                 answers.into_iter().for_each(|(case, answer)| self.answers[case] = Some(answer));
                 known.extend(defects);
             }
             known.truncate(MOST_LEARNED);
             let _ = counter.step(cases.len(), "");
             counter.check()?;
+            // A regression of answers learns from all of them.
+            let alone = guess.method == Method::Expansion && guess.accuracy == self.accuracy;
+            if alone && steps as f64 > SWEPT * cases.len() as f64 {
+                break;
+            }
         }
         Ok(())
     }

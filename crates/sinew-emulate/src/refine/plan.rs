@@ -20,7 +20,7 @@ const ANSWER: f64 = 0.5;
 
 /// Cost of a solve in a sweep, with its quasi-Newton steps [Newton steps]. Neighbours are nearer than the centre of the
 /// ranges (measured: 2.3 factorisations per set for beams, 3.5 for ventricles).
-const SWEPT: f64 = 4.0;
+pub(crate) const SWEPT: f64 = 4.0;
 
 /// Accuracy of the solution that an expansion is about, where an emulator predicts it first: far below the error of the expansion.
 const CENTRE: f64 = 1e-8;
