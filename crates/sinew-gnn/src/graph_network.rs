@@ -126,15 +126,27 @@ impl GraphNetwork {
     /// `nodes` and `edges` hold standardised features, one row per node (virtual ones included)
     /// and per stored edge.
     pub fn local_embedding(&self, graph: &Graph, nodes: Tensor<2>, edges: Tensor<2>) -> Embedding {
-        let aligned = GatherPlan::identity(nodes.dims()[0], 2);
+        let aligned = GatherPlan::identity(graph.edges.size()[0], 2);
         let latent = self.config.latent;
-        let mut nodes = self.node_encoder.forward(nodes);
-        let mut edges = self.edge_encoder.forward(edges);
-        for (edge_update, node_update) in self.edge_updates.iter().zip(&self.node_updates) {
-            // Messages of the stored edges (2.28), functions of `[e, v_receiver, v_sender]`.
+        let [of_nodes, of_edges, of_messages] = &graph.kinds;
+        // Messages of the stored edges (2.28), functions of `[e, v_receiver, v_sender]`.
+        let messages = |update: &Perceptron, nodes: &Tensor<2>, edges: &Tensor<2>, plan| {
             let end = |start: usize| features(nodes.clone(), start);
             let inputs = vec![features(edges.clone(), 0), end(latent), end(2 * latent)];
-            let messages = edge_update.evaluate(inputs, &graph.plan);
+            update.evaluate(inputs, plan)
+        };
+        let kind_of_node = self.node_encoder.forward(of_nodes.examples(nodes));
+        let kind_of_edge = self.edge_encoder.forward(of_edges.examples(edges));
+        let (mut nodes, mut edges) =
+            (of_nodes.rows(kind_of_node.clone()), of_edges.rows(kind_of_edge.clone()));
+        let updates = self.edge_updates.iter().zip(&self.node_updates);
+        for (step, (edge_update, node_update)) in updates.enumerate() {
+            let messages = if step == 0 {
+                let first = messages(edge_update, &kind_of_node, &kind_of_edge, &graph.first);
+                of_messages.rows(first)
+            } else {
+                messages(edge_update, &nodes, &edges, &graph.plan)
+            };
             // Received minus sent ones (2.27).
             let sums = signed_edge_sum(messages.clone(), &graph.edges);
             let inputs = vec![features(nodes.clone(), 0), features(sums, latent)];

@@ -1,7 +1,7 @@
 //! Numbers as tensors, a geometry as tensors, and a network's outputs as displacements.
 
 use crate::error::Result;
-use crate::fused::{HostTensor, Pullback, apply};
+use crate::fused::{HostTensor, Index, Pullback, apply, selected};
 use crate::{Embedding, Geometry, Graph, GraphNetwork};
 use burn::tensor::{DType, Device, Tensor, TensorData};
 use rayon::prelude::*;
@@ -10,7 +10,8 @@ use std::sync::Arc;
 
 /// Map from network outputs to displacements of one geometry, prescribed ones written over them, in double precision.
 ///
-/// Outputs of a sample are a row: those of clusters, then those of nodes. The Taylor polynomial of the coordinates is added to them.
+/// Outputs of a sample are a row: those of clusters, then those of nodes that supports leave free. The Taylor polynomial of the coordinates is
+/// added to them.
 #[derive(Debug)]
 pub(crate) struct OutputMap {
     coordinates: Coordinates,
@@ -18,10 +19,14 @@ pub(crate) struct OutputMap {
     scale: Vec<f64>,
     /// Displacement of zero outputs.
     origin: Vec<f64>,
-    /// Displacement of supports, and the rows of the projectors on what they leave free.
+    /// Displacement of supports, and projectors of nodes that have some on what they leave free, row by row.
     held: Vec<f64>,
-    projectors: Vec<f64>,
+    projectors: Vec<(usize, Vec<f64>)>,
     dimensions: usize,
+    /// Nodes that are free in some direction: others are not decoded.
+    free: Arc<Index>,
+    /// Places of a network's outputs among those of all clusters and nodes.
+    places: Vec<usize>,
 }
 
 impl OutputMap {
@@ -31,11 +36,26 @@ impl OutputMap {
         // Per component or per degree of freedom.
         let field =
             |values: &[f64]| values.iter().copied().cycle().take(degrees_of_freedom).collect();
+        let nodes = degrees_of_freedom / dimensions;
+        let prescribed =
+            |node: &usize| dirichlet.prescribed[node * dimensions..][..dimensions].iter();
+        let free = (0..nodes).filter(|node| prescribed(node).any(Option::is_none));
+        let free: Vec<usize> = free.collect();
+        let supported = |(node, _): &(usize, _)| prescribed(node).any(Option::is_some);
+        let projectors = dirichlet.projectors(dimensions);
+        let projectors = projectors.chunks_exact(dimensions * dimensions).map(<[f64]>::to_vec);
+        let of_clusters = match &coordinates {
+            Coordinates::Motions(motions) => motions.tree().of_clusters(),
+            Coordinates::Components | Coordinates::Principal(_) => 0,
+        };
+        let of_node = |node| (0..dimensions).map(move |i| of_clusters + node * dimensions + i);
         Self {
+            places: (0..of_clusters).chain(free.iter().flat_map(of_node)).collect(),
+            free: Index::new(&free, nodes).into(),
             scale: field(&scales.scale),
             origin: field(coordinates.origin().unwrap_or(&scales.mean)),
             held: dirichlet.held(dimensions),
-            projectors: dirichlet.projectors(dimensions),
+            projectors: projectors.enumerate().filter(supported).collect(),
             coordinates,
             dimensions,
         }
@@ -44,6 +64,12 @@ impl OutputMap {
     /// Nodes and components of a displacement.
     pub(crate) fn dims(&self) -> [usize; 2] {
         [self.origin.len() / self.dimensions, self.dimensions]
+    }
+
+    /// Embeddings of the nodes that are decoded.
+    pub(crate) fn decoded(&self, mut local: Embedding) -> Embedding {
+        local[0] = selected(local[0].clone(), &self.free);
+        local
     }
 
     /// Displacements `[batch, real nodes, D]` of a network's outputs at standardised parameters, one row per sample, as one operation in double
@@ -69,7 +95,7 @@ impl OutputMap {
                 let outputs = outputs.values().par_chunks_exact(width);
                 let cotangents = cotangent.par_chunks_exact(nodes * dimensions);
                 let pulled = |((parameters, outputs), cotangent): ((&Vec<f64>, _), _)| {
-                    let pulled = map.pull_back(&doubled(outputs), parameters, &doubled(cotangent));
+                    let pulled = map.pull_back(&doubled(outputs), parameters, doubled(cotangent));
                     pulled.into_iter().map(|c| c as f32).collect::<Vec<_>>()
                 };
                 let all: Vec<_> =
@@ -83,11 +109,7 @@ impl OutputMap {
 
     /// Displacements where a network adds nothing.
     pub(crate) fn without_network(self: &Arc<Self>, parameters: &Tensor<2>) -> Tensor<3> {
-        let of_clusters = match &self.coordinates {
-            Coordinates::Motions(motions) => motions.tree().of_clusters(),
-            Coordinates::Components | Coordinates::Principal(_) => 0,
-        };
-        let outputs = [parameters.dims()[0], of_clusters + self.origin.len()];
+        let outputs = [parameters.dims()[0], self.places.len()];
         self.displacement(Tensor::zeros(outputs, &parameters.device()), parameters)
     }
 
@@ -110,16 +132,18 @@ impl OutputMap {
                 _ => self.moved(&change),
             };
             self.add_anchors(&mut tangent, at, along);
-            self.project(&tangent)
+            self.project(&mut tangent);
+            tangent
         };
         rows(changes).into_iter().enumerate().map(tangent).collect()
     }
 
-    /// A network's outputs and the polynomial's, or their derivatives along a direction of the parameters.
+    /// A network's outputs and the polynomial's of all clusters and nodes, or their derivatives along a direction of the parameters.
     fn completed(&self, outputs: &[f64], parameters: &[f64], along: Option<&[f64]>) -> Vec<f64> {
         let mut completed = self.coordinates.expansion(parameters, along);
-        completed.resize(outputs.len(), 0.0);
-        completed.iter_mut().zip(outputs).for_each(|(sum, y)| *sum += y);
+        let held = self.origin.len() - self.dimensions * self.free.targets.len();
+        completed.resize(self.places.len() + held, 0.0);
+        self.places.iter().zip(outputs).for_each(|(place, y)| completed[*place] += y);
         completed
     }
 
@@ -144,13 +168,14 @@ impl OutputMap {
     }
 
     /// Part of a displacement that supports leave free. Projectors are symmetric: they pull cotangents back as well.
-    fn project(&self, displacement: &[f64]) -> Vec<f64> {
-        let rows = self.projectors.chunks_exact(self.dimensions).enumerate();
-        let entry = |(dof, row): (usize, &[f64])| {
-            let node = dof / self.dimensions * self.dimensions;
-            row.iter().zip(&displacement[node..]).map(|(q, u)| q * u).sum()
-        };
-        rows.map(entry).collect()
+    fn project(&self, displacement: &mut [f64]) {
+        for (node, projector) in &self.projectors {
+            let u = &mut displacement[node * self.dimensions..][..self.dimensions];
+            let rows = projector.chunks_exact(self.dimensions);
+            let free = rows.map(|row| row.iter().zip(&*u).map(|(q, u)| q * u).sum());
+            let free: Vec<f64> = free.collect();
+            u.copy_from_slice(&free);
+        }
     }
 
     /// Displacement of a sample's outputs, node by node.
@@ -158,20 +183,22 @@ impl OutputMap {
         let mut displacement = self.moved(&self.completed(outputs, parameters, None));
         self.add_anchors(&mut displacement, parameters, None);
         displacement.iter_mut().zip(&self.origin).for_each(|(u, origin)| *u += origin);
-        self.project(&displacement).into_iter().zip(&self.held).map(|(free, held)| free + held)
+        self.project(&mut displacement);
+        displacement.into_iter().zip(&self.held).map(|(free, held)| free + held)
     }
 
     /// Cotangent of a sample's outputs from that of its displacement.
-    fn pull_back(&self, outputs: &[f64], parameters: &[f64], cotangent: &[f64]) -> Vec<f64> {
-        let free = self.project(cotangent);
-        match &self.coordinates {
+    fn pull_back(&self, outputs: &[f64], parameters: &[f64], mut free: Vec<f64>) -> Vec<f64> {
+        self.project(&mut free);
+        let pulled = match &self.coordinates {
             Coordinates::Components => scaled(&free, &self.scale),
             Coordinates::Principal(directions) => directions.pull_back(&free),
             Coordinates::Motions(motions) => {
                 let outputs = self.completed(outputs, parameters, None);
                 motions.tree().pull_back(&outputs, &free)
             }
-        }
+        };
+        self.places.iter().map(|place| pulled[*place]).collect()
     }
 }
 
@@ -219,6 +246,7 @@ impl GeometryTensors {
         parameters: &Tensor<2>,
     ) -> Tensor<3> {
         let global = self.global.as_ref().map(|table| emulator.lifted(table));
+        let local = self.output.decoded(local);
         let outputs = emulator.decode(local, global, emulator.lifted(parameters));
         self.output.displacement(outputs, parameters)
     }

@@ -215,7 +215,7 @@ impl Surrogate {
         let table = |values: &[f64], rows| matrix(values, rows, &device);
         let output = OutputMap::new(geometry, &self.scales.output, dimensions).into();
         Ok(GeometryTensors {
-            graph: Graph::new(&geometry.topology),
+            graph: Graph::with_features(&geometry.topology, &features),
             nodes: table(&features.nodes.values, features.nodes.rows),
             edges: table(&features.edges.values, features.edges.rows),
             global: (!global.is_empty()).then(|| table(&global, 1)),
@@ -256,7 +256,7 @@ impl FixedGeometry {
         let local = known.and_then(|index| emulator.embedding(index));
         let local = local.unwrap_or_else(|| geometry.embedding(&emulator));
         Self {
-            node_parts: emulator.decoder_node_part(local),
+            node_parts: emulator.decoder_node_part(geometry.output.decoded(local)),
             emulator,
             parameters: surrogate.scales.parameters.clone(),
             global: geometry.global.clone(),

@@ -49,6 +49,16 @@ impl GatherPlan {
         let (receivers, senders) = (of_nodes(&topology.receivers), of_nodes(&topology.senders));
         Arc::new(Self { rows: edges, sources: vec![(Gather::Identity, edges), receivers, senders] })
     }
+
+    /// One row per triple of rows of three sources, which have `counts` rows.
+    pub(crate) fn triples(triples: &[[usize; 3]], counts: [usize; 3]) -> Arc<Self> {
+        let source = |part: usize| {
+            let (rows, count) = (triples.iter().map(|triple| triple[part]), counts[part]);
+            let indexed = || Gather::Indexed(Index::new(&rows.clone().collect::<Vec<_>>(), count));
+            (if rows.clone().eq(0..count) { Gather::Identity } else { indexed() }, count)
+        };
+        Arc::new(Self { rows: triples.len(), sources: (0..3).map(source).collect() })
+    }
 }
 
 /// Per node, the sum of the messages it receives minus the sum of those it sends:

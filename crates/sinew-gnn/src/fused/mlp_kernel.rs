@@ -113,13 +113,16 @@ impl<'a> FirstLayer<'a> {
 
     /// The first hidden layer of the rows from `start` on.
     pub(crate) fn evaluate(&self, parameters: &Parameters<'_>, start: usize, first: &mut [f32]) {
-        gather_sums(parameters.biases[0], &self.gathered, start, first);
+        let alone = self.tiled.is_empty().then_some(parameters.activation);
+        gather_sums(alone, parameters.biases[0], &self.gathered, start, first);
         let rows = first.len() / parameters.biases[0].len();
         for (source, weight) in &self.tiled {
             let values = &source.values[start * source.width..(start + rows) * source.width];
             multiply(values, weight, Start::Kept, first);
         }
-        activate(parameters.activation, first);
+        if alone.is_none() {
+            activate(parameters.activation, first);
+        }
     }
 }
 

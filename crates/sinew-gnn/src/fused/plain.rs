@@ -3,10 +3,13 @@
 
 use crate::fused::activation::{self, Activation};
 use crate::fused::host::{Cotangents, HostTensor, Pullback, apply, is_on_host};
+use crate::fused::index::Index;
 use crate::fused::normalise::{Normalisation, normalise, pull_back_normalisation};
+use crate::fused::rows::add_up;
 use crate::fused::{LayerNormalisation, reference};
 use burn::tensor::{DType, Tensor, TensorData};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Numbers treated by one task.
 const NUMBERS_PER_TASK: usize = 1 << 15;
@@ -37,6 +40,27 @@ pub fn sum(a: Tensor<2>, b: Tensor<2>) -> Tensor<2> {
     })
 }
 
+/// Rows of `table` that `index` refers to, one after the other, as one operation.
+pub(crate) fn selected(table: Tensor<2>, index: &Arc<Index>) -> Tensor<2> {
+    if !is_on_host(&table) {
+        return reference::selected(table, index);
+    }
+    let (index, width) = (index.clone(), table.dims()[1]);
+    apply(vec![table.into_dispatch()], move |inputs, _| {
+        let table = inputs[0].values();
+        let row = |row: &u32| &table[*row as usize * width..][..width];
+        let rows = index.targets.iter().map(row).collect::<Vec<_>>().concat();
+        let output = HostTensor::new(rows, [index.targets.len(), width]);
+        let index = index.clone();
+        let pullback = Pullback::new(move |cotangent, _| {
+            let mut sums = vec![0.0; index.inverse.len() * width];
+            add_up(cotangent, &index.inverse, 1.0, width, &mut sums);
+            vec![Some(sums)]
+        });
+        (output, pullback)
+    })
+}
+
 /// Concatenation of `parts` after each other along the axis `axis`, as one operation.
 ///
 /// ```
@@ -62,11 +86,14 @@ pub fn concatenated<const R: usize>(parts: Vec<Tensor<R>>, axis: usize) -> Tenso
     apply(parts.into_iter().map(Tensor::into_dispatch).collect(), move |parts, _| {
         let parts: Vec<&[f32]> = parts.iter().map(HostTensor::values).collect();
         let widths: Vec<usize> = parts.iter().map(|part| part.len() / rows.max(1)).collect();
-        let mut output = Vec::with_capacity(shape.iter().product());
-        for row in 0..rows {
-            for (part, width) in parts.iter().zip(&widths) {
-                output.extend_from_slice(&part[row * width..(row + 1) * width]);
+        let (mut output, row) = (vec![0.0; shape.iter().product()], widths.iter().sum());
+        let mut start = 0;
+        for (part, &width) in parts.iter().zip(&widths).filter(|(_, width)| **width > 0) {
+            // Rows may be short: no call for each.
+            for (to, from) in output.chunks_exact_mut(row).zip(part.chunks_exact(width)) {
+                to[start..].iter_mut().zip(from).for_each(|(to, x)| *to = *x);
             }
+            start += width;
         }
         let pullback = Pullback::new(move |cotangent, needed| divided(&widths, cotangent, needed));
         (HostTensor::new(output, shape), pullback)
@@ -246,9 +273,11 @@ pub fn fused_potential(
         let (energies, gradients): (Vec<_>, Vec<_>) =
             (0..samples).into_par_iter().map(energy).unzip();
         let pullback = Pullback::new(move |cotangent, _| {
-            let samples = gradients.iter().zip(cotangent);
-            let scaled = samples.flat_map(|(gradient, c)| gradient.iter().map(move |g| g * c));
-            vec![Some(scaled.collect())]
+            let mut scaled = Vec::with_capacity(samples * size);
+            for (gradient, c) in gradients.iter().zip(cotangent) {
+                scaled.extend(gradient.iter().map(|g| g * c));
+            }
+            vec![Some(scaled)]
         });
         (HostTensor::new(energies, [samples]), pullback)
     });

@@ -80,11 +80,14 @@ fn gathered(source: Tensor<2>, plan: &GatherPlan, number: usize) -> Tensor<2> {
             let [rows, width] = source.dims();
             source.unsqueeze_dim::<3>(1).repeat_dim(1, times).reshape([rows * times, width])
         }
-        Gather::Indexed(ref index) => {
-            let rows = targets(index, &source.device());
-            source.select(0, rows)
-        }
+        Gather::Indexed(ref index) => selected(source, index),
     }
+}
+
+/// Rows of `table` that an index refers to.
+pub(crate) fn selected(table: Tensor<2>, index: &Index) -> Tensor<2> {
+    let rows = targets(index, &table.device());
+    table.select(0, rows)
 }
 
 /// Mean of `√(‖row‖² + floor)` over the rows of `x`.
