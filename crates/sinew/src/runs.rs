@@ -307,11 +307,11 @@ impl<'a> Table<'a> {
             match table.heads.len() {
                 0 => (table.first, table.heads) = (line, cells),
                 count if count == cells.len() => {
-                    let said = table.heads.iter().zip(&cells).find(|(head, _)| *head == FAILURE);
-                    match said.map_or("", |(_, said)| said) {
-                        "" => table.rows.push((line, cells)),
-                        said if said.parse::<f64>().is_ok() => table.rows.push((line, cells)),
-                        _ => table.failed.push(line),
+                    let mut pairs = table.heads.iter().zip(&cells);
+                    let is_word = |cell: &String| !cell.is_empty() && cell.parse::<f64>().is_err();
+                    match pairs.any(|(head, cell)| head == FAILURE && is_word(cell)) {
+                        true => table.failed.push(line),
+                        false => table.rows.push((line, cells)),
                     }
                 }
                 count => {

@@ -30,7 +30,6 @@ use process::{fit_evidence, fit_process, left_out, mean};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_energy::Parameter;
-use std::cmp::Ordering;
 use std::path::Path;
 
 /// Modes are dropped from the last on while the dropped share of the fields' sum of squares about their mean stays
@@ -137,20 +136,10 @@ impl PodRegression {
     ) -> Result<(Self, Vec<Errors>)> {
         let mut errors = None;
         let regression = Self::fit_by(samples, |points, coefficients| {
-            // Searches go parameter by parameter: in an order that the points give.
-            let column = |d: usize| points.column(d).into_owned();
-            let mut order: Vec<usize> = (0..points.ncols()).collect();
-            order.sort_by(|&a, &b| {
-                let (a, b) = (column(a), column(b));
-                a.iter().zip(&b).map(|(a, b)| a.total_cmp(b)).fold(Ordering::Equal, Ordering::then)
-            });
-            let points = &points.select_columns(&order);
             let processes = fit_evidence(points, coefficients, step);
             let left = |groups| left_out(points, coefficients, &processes, groups, step);
             errors = partitions.iter().map(left).collect::<Option<Vec<_>>>();
-            let fitted = mean(&processes);
-            let fitted = fitted.unwrap_or_else(|| fit_polynomial(points, coefficients, 0));
-            fitted.in_places(&order)
+            mean(&processes).unwrap_or_else(|| fit_polynomial(points, coefficients, 0))
         })?;
         let is_number = regression.modes.shape() == (1, 1);
         let fields = if is_number { &[] } else { samples.2 };

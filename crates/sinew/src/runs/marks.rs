@@ -12,10 +12,8 @@ const LEAST_MARK: f64 = 999.0;
 
 /// Component of largest magnitude of the values of each run.
 pub(super) fn largest(values: &[Vec<f64>]) -> Vec<f64> {
-    let of = |values: &Vec<f64>| {
-        values.iter().fold(0.0, |most: f64, x| if x.abs() > most.abs() { *x } else { most })
-    };
-    values.iter().map(of).collect()
+    let of = |values: &Vec<f64>| values.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()));
+    values.iter().filter_map(of).collect()
 }
 
 /// Warnings about values that are far outside all others. Parameters repeat in most designs, outputs do not.

@@ -87,25 +87,6 @@ impl Fitted {
         if size > 0.0 { (self.leave_one_out / size).sqrt() } else { 0.0 }
     }
 
-    /// With variable k in the place `order[k]`.
-    pub(super) fn in_places(mut self, order: &[usize]) -> Self {
-        fn placed<T: Copy>(values: &mut [T], order: &[usize]) {
-            for own in values.chunks_exact_mut(order.len().max(1)) {
-                let given = own.to_vec();
-                order.iter().zip(given).for_each(|(&place, value)| own[place] = value);
-            }
-        }
-        if let Interpolation::GaussianProcess { lengths, .. } = &mut self.interpolation {
-            placed(lengths, order);
-        }
-        placed(&mut self.basis.lengths, order);
-        self.basis.exponents.iter_mut().for_each(|own| placed(own, order));
-        let given = self.basis.points.clone();
-        let columns = order.iter().zip(given.column_iter());
-        columns.for_each(|(&place, column)| self.basis.points.set_column(place, &column));
-        self
-    }
-
     /// The coefficients at one point.
     pub(super) fn at(&self, x: &RowDVector<f64>) -> RowDVector<f64> {
         self.basis.at(x) * &self.weights
