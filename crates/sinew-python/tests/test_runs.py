@@ -137,6 +137,16 @@ def test_doubts_are_told_again_where_runs_are_loaded(tmp_path: Path) -> None:
         Runs.load(tmp_path)
 
 
+def test_marks_of_failed_runs_are_told_with_their_rows(theta: dict[str, np.ndarray], tmp_path: Path) -> None:
+    outputs = truth(*theta.values())
+    outputs["volume [ml]"][[4, 11]] = -9999.0
+    with pytest.warns(SinewWarning, match="volume is −9999 in run 4 and 1 more, far from all others"):
+        runs = Runs.of_table(theta, outputs, progress=False)
+    runs.save(tmp_path)
+    with pytest.warns(SinewWarning, match="volume is −9999 in run 4"):
+        Runs.load(tmp_path)
+
+
 def test_bad_tables_say_what_to_give(theta: dict[str, np.ndarray]) -> None:
     outputs = truth(*theta.values())
     for table, results, reason in [

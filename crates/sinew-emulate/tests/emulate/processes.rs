@@ -335,28 +335,3 @@ fn an_offset_of_a_million_deviations_moves_predictions_alone() {
         [&plain, &shifted].map(|emulator| emulator.at_shares(&shares, &[0]).remove(0));
     assert!((0..2).all(|d| near(own.value_slopes[d], other.value_slopes[d])), "{other:?} {own:?}");
 }
-
-/// Searches go parameter by parameter, and stop where more steps gain little.
-#[test]
-fn the_order_of_parameters_moves_no_prediction() {
-    let parameters = ["a", "b", "c"].map(|name| Parameter::log(name, "kPa", 1.0..=10.0));
-    let thetas = Design::Uniform.sample(&parameters, 40, 2).unwrap();
-    let value = |t: &Vec<f64>| vec![(0.3 * t[0]).exp() * t[1].sqrt() + (t[2] * t[0]).sin()];
-    let values = thetas.iter().map(value).collect();
-    let outputs = [Output { name: "v".into(), unit: "1".into(), values }];
-    let of = |order: [usize; 3]| {
-        let placed = |theta: &Vec<f64>| order.map(|d| theta[d]).to_vec();
-        let parameters = order.map(|d| parameters[d].clone());
-        let thetas: Vec<_> = thetas.iter().map(placed).collect();
-        let at = placed(&vec![2.5, 4.0, 1.7]);
-        let emulator = RunsEmulator::fit(parameters.to_vec(), &thetas, &outputs, None, &mut ());
-        let found = emulator.unwrap().predict(&at).unwrap().remove(0);
-        [found.values, vec![found.half_width]].concat()
-    };
-    let plain = of([0, 1, 2]);
-    for order in [[2, 0, 1], [1, 2, 0], [2, 1, 0]] {
-        for (a, b) in plain.iter().zip(of(order)) {
-            assert!((a / b - 1.0).abs() < 1e-5, "{order:?}: {a} {b}");
-        }
-    }
-}

@@ -4,7 +4,6 @@ use super::design::{Groups, are_independent};
 use super::interpolation::{Basis, Fitted, Interpolation};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, RowDVector};
 use sinew_num::{monomials, try_in_parallel};
-use std::cmp::Ordering;
 
 /// Bounds and start of the logarithms of the lengths: points have standard deviation 1.
 const LOG_LENGTH: (f64, f64, f64) = (-3.0, 0.7, 5.5);
@@ -28,8 +27,7 @@ pub(super) fn fit_process(points: &DMatrix<f64>, targets: &DMatrix<f64>) -> Opti
     let fits = of_each_trend(points, |trend, exponents| {
         let solve = |at: &[f64]| Conditional::new(points, exponents, at)?.fitted(trend, targets);
         let error = |at: &[f64]| solve(at).map(|fit| fit.leave_one_out.ln());
-        let places: Vec<usize> = (0..=points.ncols()).collect();
-        solve(&search(start(points.ncols()), &places, FIRST_STEP, GAIN_OF_ERROR, error)?)
+        solve(&search(start(points.ncols()), FIRST_STEP, GAIN_OF_ERROR, error)?)
     });
     fits.into_iter().next()
 }
@@ -108,11 +106,10 @@ fn bounds(place: usize, variables: usize) -> (f64, f64, f64) {
     if place < variables { LOG_LENGTH } else { LOG_NUGGET }
 }
 
-/// Logarithms of lengths and nugget at a minimum of an objective, by a pattern search in the order of `places` whose first step is `step`. A sweep
-/// that gains less than `gain` is not worth another at its step.
+/// Logarithms of lengths and nugget at a minimum of an objective, by a pattern search whose first step is `step`. A sweep that
+/// gains less than `gain` is not worth another at its step.
 fn search(
     mut at: Vec<f64>,
-    places: &[usize],
     mut step: f64,
     gain: f64,
     objective: impl Fn(&[f64]) -> Option<f64>,
@@ -122,7 +119,7 @@ fn search(
     // Steps down to e^⅛: finer ones change the error by a few percent only.
     while step >= 0.125 {
         let before = best;
-        for &d in places {
+        for d in 0..=variables {
             for direction in [step, -step] {
                 let (low, _, high) = bounds(d, variables);
                 let mut trial = at.clone();
@@ -153,13 +150,7 @@ fn maximise_evidence(
     let objective = |at: &[f64]| {
         Some(Conditional::new(&points, exponents, at)?.negative_log_evidence(&targets))
     };
-    // An order of the parameters that their values give, whatever order they are given in.
-    let mut places: Vec<usize> = (0..=points.ncols()).collect();
-    places[..points.ncols()].sort_by(|&a, &b| {
-        let [a, b] = [a, b].map(|d| points.column(d));
-        a.iter().partial_cmp(b.iter()).unwrap_or(Ordering::Equal)
-    });
-    search(start, &places, step, GAIN, objective)
+    search(start, step, GAIN, objective)
 }
 
 /// Called once for each of the [`steps`] of a fit by evidence; `None` ends it.
