@@ -51,6 +51,7 @@ mod rows;
 mod simd;
 
 pub use activation::Activation;
+pub(crate) use edges::selected;
 pub use edges::{EdgeTopology, received_edge_sum, signed_edge_sum};
 pub(crate) use host::{HostTensor, Pullback, apply};
 pub use index::GatherPlan;
@@ -59,6 +60,5 @@ pub use mlp::gathered_mlp;
 pub use moments::{AdamRule, adam_direction, descend, momentum_direction, orthogonalise};
 pub(crate) use normalise::VARIANCE_FLOOR;
 pub use perceptron::{Input, LayerNormalisation, PerceptronWeights};
-pub(crate) use plain::selected;
 pub use plain::{activate, concatenated, fused_potential, mean_distance, normalised, sum};
 pub use sinew_num::on_ready_threads;

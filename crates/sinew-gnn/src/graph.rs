@@ -1,8 +1,7 @@
 //! A topology's edges as the kernels read them.
 
-use crate::fused::{EdgeTopology, GatherPlan, Index, selected};
-use burn::tensor::Tensor;
-use sinew_graph::{FeatureMatrix, GraphFeatures, Topology};
+use crate::fused::{EdgeTopology, GatherPlan, Index};
+use sinew_graph::Topology;
 use std::collections::HashMap;
 use std::hash::Hash;
 use std::ops::Range;
@@ -14,11 +13,10 @@ pub struct Graph {
     /// Nodes of each layer, the real ones first.
     pub(crate) layers: Vec<Range<usize>>,
     pub(crate) edges: Arc<EdgeTopology>,
-    pub(crate) plan: Arc<GatherPlan>,
-    /// Nodes and edges by their features, and first messages by what they are functions of.
-    pub(crate) kinds: [Kinds; 3],
-    /// A first message of each kind, from those of edges, and those of nodes for receivers and senders.
-    pub(crate) first: Arc<GatherPlan>,
+    /// Kind of every node and edge, of which some may be equal: tables of features have a row of each kind.
+    pub(crate) kinds: [Arc<Index>; 2],
+    /// Different messages of the first step, from a table of each kind, and the kind of every message; those of later steps.
+    pub(crate) plans: [(Arc<GatherPlan>, Arc<Index>); 2],
 }
 
 impl Graph {
@@ -27,76 +25,35 @@ impl Graph {
     /// # Panics
     /// When an edge ends at a node that does not exist ([`Topology::validate`]).
     pub fn new(topology: &Topology) -> Self {
-        Self::of_kinds(topology, [Kinds(None), Kinds(None)])
+        Self::of_kinds(topology, [topology.nodes, topology.senders.len()].map(|n| kinds(0..n)))
     }
 
-    /// Graph for these features alone: equal rows are encoded once, and so are equal messages of the first step. Regular
-    /// meshes have few kinds of edges.
-    pub(crate) fn with_features(topology: &Topology, features: &GraphFeatures) -> Self {
-        let kinds = |table: &FeatureMatrix| {
-            let bits: Vec<u32> = table.values.iter().map(|x| (*x as f32).to_bits()).collect();
-            Kinds::of(bits.chunks_exact(table.columns))
-        };
-        Self::of_kinds(topology, [kinds(&features.nodes), kinds(&features.edges)])
-    }
-
-    fn of_kinds(topology: &Topology, [nodes, edges]: [Kinds; 2]) -> Self {
-        let Topology { senders, receivers, .. } = topology;
-        let layers = (0..=topology.clusters.len()).map(|layer| topology.layer(layer)).collect();
-        let ends = receivers.iter().zip(senders).enumerate();
-        let read = |(edge, (receiver, sender)): (usize, (&usize, &usize))| {
-            [edges.kind(edge), nodes.kind(*receiver), nodes.kind(*sender)]
-        };
-        let mut read: Vec<_> = ends.map(read).collect();
-        let of_nodes = nodes.count(topology.nodes);
-        let counts = [edges.count(read.len()), of_nodes, of_nodes];
+    /// Graph of nodes and edges of these kinds. Regular meshes have few kinds of edges, and of first messages.
+    pub(crate) fn of_kinds(topology: &Topology, [nodes, edges]: [Arc<Index>; 2]) -> Self {
+        let kind = |node: &usize| nodes.targets[*node] as usize;
+        let ends = topology.receivers.iter().zip(&topology.senders).zip(&edges.targets);
+        let triple = |((r, s), edge): ((&usize, &usize), &u32)| [*edge as usize, kind(r), kind(s)];
+        let all: Vec<_> = ends.map(triple).collect();
         // Where all edges differ, so do messages.
-        let messages = edges.0.as_ref().map_or(Kinds(None), |_| Kinds::of(read.iter()));
-        if let Some([examples, _]) = &messages.0 {
-            read = examples.targets.iter().map(|edge| read[*edge as usize]).collect();
-        }
-        let topology = EdgeTopology::new(topology.nodes, senders, receivers);
-        let (plan, first) = (GatherPlan::edges(&topology), GatherPlan::triples(&read, counts));
-        Self { layers, plan, edges: topology, kinds: [nodes, edges, messages], first }
+        let differ = edges.inverse.len() == edges.targets.len();
+        let messages = if differ { edges.clone() } else { kinds(all.iter()) };
+        let first: Vec<_> = messages.inverse.iter().map(|edges| all[edges[0]]).collect();
+        let counts = [&edges, &nodes, &nodes].map(|kinds| kinds.inverse.len());
+        let (first, kinds) = ((GatherPlan::triples(&first, counts), messages), [nodes, edges]);
+        let layers = (0..=topology.clusters.len()).map(|layer| topology.layer(layer)).collect();
+        let edges = EdgeTopology::new(topology.nodes, &topology.senders, &topology.receivers);
+        let later = (GatherPlan::edges(&edges), Arc::default());
+        Self { layers, edges, kinds, plans: [first, later] }
     }
 }
 
-/// The first row of each kind of the rows of a table, and the kind of every row; none where all rows differ.
-#[derive(Debug, Clone)]
-pub(crate) struct Kinds(Option<[Arc<Index>; 2]>);
-
-impl Kinds {
-    /// Rows with equal keys are of one kind.
-    fn of<K: Eq + Hash>(keys: impl Iterator<Item = K>) -> Self {
-        let (mut known, mut examples) = (HashMap::new(), Vec::new());
-        let kind = |(row, key)| {
-            *known.entry(key).or_insert_with(|| {
-                examples.push(row);
-                examples.len() - 1
-            })
-        };
-        let kinds: Vec<usize> = keys.enumerate().map(kind).collect();
-        let indices = || [(&examples, kinds.len()), (&kinds, examples.len())];
-        let index = |(targets, count): (&Vec<usize>, usize)| Index::new(targets, count).into();
-        Self((examples.len() < kinds.len()).then(|| indices().map(index)))
-    }
-
-    fn kind(&self, row: usize) -> usize {
-        self.0.as_ref().map_or(row, |[_, kinds]| kinds.targets[row] as usize)
-    }
-
-    /// Number of kinds of `rows` rows.
-    fn count(&self, rows: usize) -> usize {
-        self.0.as_ref().map_or(rows, |[examples, _]| examples.targets.len())
-    }
-
-    /// A row of each kind.
-    pub(crate) fn examples(&self, table: Tensor<2>) -> Tensor<2> {
-        self.0.iter().fold(table, |table, [examples, _]| selected(table, examples))
-    }
-
-    /// All rows, from one of each kind.
-    pub(crate) fn rows(&self, examples: Tensor<2>) -> Tensor<2> {
-        self.0.iter().fold(examples, |examples, [_, kinds]| selected(examples, kinds))
-    }
+/// Number of the kind of every row, where rows with equal keys are of one kind.
+pub(crate) fn kinds<K: Eq + Hash>(keys: impl Iterator<Item = K>) -> Arc<Index> {
+    let mut known = HashMap::new();
+    let kind = |key| {
+        let next = known.len();
+        *known.entry(key).or_insert(next)
+    };
+    let kinds: Vec<usize> = keys.map(kind).collect();
+    Index::new(&kinds, known.len()).into()
 }

@@ -1,7 +1,7 @@
 //! The network of thesis Algorithm 2.
 
 use crate::fused::{
-    GatherPlan, Input, concatenated, normalised, received_edge_sum, signed_edge_sum, sum,
+    GatherPlan, Input, concatenated, normalised, received_edge_sum, selected, signed_edge_sum, sum,
 };
 use crate::perceptron::{Initialiser, Normalisation, Perceptron};
 use crate::{Decoding, Graph, GraphNetworkConfig, Result};
@@ -128,31 +128,23 @@ impl GraphNetwork {
     pub fn local_embedding(&self, graph: &Graph, nodes: Tensor<2>, edges: Tensor<2>) -> Embedding {
         let aligned = GatherPlan::identity(graph.edges.size()[0], 2);
         let latent = self.config.latent;
-        let [of_nodes, of_edges, of_messages] = &graph.kinds;
-        // Messages of the stored edges (2.28), functions of `[e, v_receiver, v_sender]`.
-        let messages = |update: &Perceptron, nodes: &Tensor<2>, edges: &Tensor<2>, plan| {
-            let end = |start: usize| features(nodes.clone(), start);
-            let inputs = vec![features(edges.clone(), 0), end(latent), end(2 * latent)];
-            update.evaluate(inputs, plan)
-        };
-        let kind_of_node = self.node_encoder.forward(of_nodes.examples(nodes));
-        let kind_of_edge = self.edge_encoder.forward(of_edges.examples(edges));
-        let (mut nodes, mut edges) =
-            (of_nodes.rows(kind_of_node.clone()), of_edges.rows(kind_of_edge.clone()));
-        let updates = self.edge_updates.iter().zip(&self.node_updates);
-        for (step, (edge_update, node_update)) in updates.enumerate() {
-            let messages = if step == 0 {
-                let first = messages(edge_update, &kind_of_node, &kind_of_edge, &graph.first);
-                of_messages.rows(first)
-            } else {
-                messages(edge_update, &nodes, &edges, &graph.plan)
-            };
+        let ([of_nodes, of_edges], [mut plan, later]) = (&graph.kinds, graph.plans.each_ref());
+        // What messages read: first a row of each kind.
+        let mut read = [self.node_encoder.forward(nodes), self.edge_encoder.forward(edges)];
+        let [mut nodes, mut edges] = read.clone();
+        (nodes, edges) = (selected(nodes, of_nodes), selected(edges, of_edges));
+        for (edge_update, node_update) in self.edge_updates.iter().zip(&self.node_updates) {
+            // Messages of the stored edges (2.28), functions of `[e, v_receiver, v_sender]`.
+            let end = |start: usize| features(read[0].clone(), start);
+            let inputs = vec![features(read[1].clone(), 0), end(latent), end(2 * latent)];
+            let messages = selected(edge_update.evaluate(inputs, &plan.0), &plan.1);
             // Received minus sent ones (2.27).
             let sums = signed_edge_sum(messages.clone(), &graph.edges);
             let inputs = vec![features(nodes.clone(), 0), features(sums, latent)];
             let update = node_update.evaluate(inputs, &aligned);
             nodes = sum(nodes, update);
             edges = sum(edges, messages);
+            (read, plan) = ([nodes.clone(), edges.clone()], later);
         }
         let local = concatenated(vec![nodes, received_edge_sum(edges, &graph.edges)], 1);
         let layers = match self.config.decoding {

@@ -19,11 +19,11 @@ pub(crate) struct OutputMap {
     scale: Vec<f64>,
     /// Displacement of zero outputs.
     origin: Vec<f64>,
-    /// Displacement of supports, and projectors of nodes that have some on what they leave free, row by row.
+    /// Displacement of supports, and the rows of the projectors on what they leave free.
     held: Vec<f64>,
-    projectors: Vec<(usize, Vec<f64>)>,
+    projectors: Vec<f64>,
     dimensions: usize,
-    /// Nodes that are free in some direction: others are not decoded.
+    /// Nodes that are decoded: those that are free in some direction.
     free: Arc<Index>,
     /// Places of a network's outputs among those of all clusters and nodes.
     places: Vec<usize>,
@@ -36,14 +36,9 @@ impl OutputMap {
         // Per component or per degree of freedom.
         let field =
             |values: &[f64]| values.iter().copied().cycle().take(degrees_of_freedom).collect();
-        let nodes = degrees_of_freedom / dimensions;
-        let prescribed =
-            |node: &usize| dirichlet.prescribed[node * dimensions..][..dimensions].iter();
-        let free = (0..nodes).filter(|node| prescribed(node).any(Option::is_none));
-        let free: Vec<usize> = free.collect();
-        let supported = |(node, _): &(usize, _)| prescribed(node).any(Option::is_some);
-        let projectors = dirichlet.projectors(dimensions);
-        let projectors = projectors.chunks_exact(dimensions * dimensions).map(<[f64]>::to_vec);
+        let nodes = dirichlet.prescribed.chunks(dimensions).enumerate();
+        let free = nodes.clone().filter(|(_, node)| node.iter().any(Option::is_none));
+        let free: Vec<usize> = free.map(|(node, _)| node).collect();
         let of_clusters = match &coordinates {
             Coordinates::Motions(motions) => motions.tree().of_clusters(),
             Coordinates::Components | Coordinates::Principal(_) => 0,
@@ -51,11 +46,11 @@ impl OutputMap {
         let of_node = |node| (0..dimensions).map(move |i| of_clusters + node * dimensions + i);
         Self {
             places: (0..of_clusters).chain(free.iter().flat_map(of_node)).collect(),
-            free: Index::new(&free, nodes).into(),
+            free: Index::new(&free, nodes.len()).into(),
             scale: field(&scales.scale),
             origin: field(coordinates.origin().unwrap_or(&scales.mean)),
             held: dirichlet.held(dimensions),
-            projectors: projectors.enumerate().filter(supported).collect(),
+            projectors: dirichlet.projectors(dimensions),
             coordinates,
             dimensions,
         }
@@ -95,7 +90,7 @@ impl OutputMap {
                 let outputs = outputs.values().par_chunks_exact(width);
                 let cotangents = cotangent.par_chunks_exact(nodes * dimensions);
                 let pulled = |((parameters, outputs), cotangent): ((&Vec<f64>, _), _)| {
-                    let pulled = map.pull_back(&doubled(outputs), parameters, doubled(cotangent));
+                    let pulled = map.pull_back(&doubled(outputs), parameters, &doubled(cotangent));
                     pulled.into_iter().map(|c| c as f32).collect::<Vec<_>>()
                 };
                 let all: Vec<_> =
@@ -132,8 +127,7 @@ impl OutputMap {
                 _ => self.moved(&change),
             };
             self.add_anchors(&mut tangent, at, along);
-            self.project(&mut tangent);
-            tangent
+            self.project(&tangent)
         };
         rows(changes).into_iter().enumerate().map(tangent).collect()
     }
@@ -168,14 +162,13 @@ impl OutputMap {
     }
 
     /// Part of a displacement that supports leave free. Projectors are symmetric: they pull cotangents back as well.
-    fn project(&self, displacement: &mut [f64]) {
-        for (node, projector) in &self.projectors {
-            let u = &mut displacement[node * self.dimensions..][..self.dimensions];
-            let rows = projector.chunks_exact(self.dimensions);
-            let free = rows.map(|row| row.iter().zip(&*u).map(|(q, u)| q * u).sum());
-            let free: Vec<f64> = free.collect();
-            u.copy_from_slice(&free);
-        }
+    fn project(&self, displacement: &[f64]) -> Vec<f64> {
+        let rows = self.projectors.chunks_exact(self.dimensions).enumerate();
+        let entry = |(dof, row): (usize, &[f64])| {
+            let node = dof / self.dimensions * self.dimensions;
+            row.iter().zip(&displacement[node..]).map(|(q, u)| q * u).sum()
+        };
+        rows.map(entry).collect()
     }
 
     /// Displacement of a sample's outputs, node by node.
@@ -183,13 +176,12 @@ impl OutputMap {
         let mut displacement = self.moved(&self.completed(outputs, parameters, None));
         self.add_anchors(&mut displacement, parameters, None);
         displacement.iter_mut().zip(&self.origin).for_each(|(u, origin)| *u += origin);
-        self.project(&mut displacement);
-        displacement.into_iter().zip(&self.held).map(|(free, held)| free + held)
+        self.project(&displacement).into_iter().zip(&self.held).map(|(free, held)| free + held)
     }
 
     /// Cotangent of a sample's outputs from that of its displacement.
-    fn pull_back(&self, outputs: &[f64], parameters: &[f64], mut free: Vec<f64>) -> Vec<f64> {
-        self.project(&mut free);
+    fn pull_back(&self, outputs: &[f64], parameters: &[f64], cotangent: &[f64]) -> Vec<f64> {
+        let free = self.project(cotangent);
         let pulled = match &self.coordinates {
             Coordinates::Components => scaled(&free, &self.scale),
             Coordinates::Principal(directions) => directions.pull_back(&free),
@@ -207,7 +199,7 @@ fn scaled(values: &[f64], scale: &[f64]) -> Vec<f64> {
 }
 
 /// Rows of a tensor.
-fn rows(table: &Tensor<2>) -> Vec<Vec<f64>> {
+pub(crate) fn rows(table: &Tensor<2>) -> Vec<Vec<f64>> {
     let columns = table.dims()[1];
     numbers(table.clone()).chunks(columns).map(<[f64]>::to_vec).collect()
 }
@@ -221,9 +213,9 @@ fn doubled(values: &[f32]) -> Vec<f64> {
 pub(crate) struct GeometryTensors {
     /// Edges and layers of the graph.
     pub graph: Graph,
-    /// `[nodes, features]`, standardised.
+    /// `[kinds of nodes, features]`, standardised.
     pub nodes: Tensor<2>,
-    /// `[edges, features]`, standardised.
+    /// `[kinds of edges, features]`, standardised.
     pub edges: Tensor<2>,
     /// `[1, global features]`, standardised.
     pub global: Option<Tensor<2>>,

@@ -1,7 +1,8 @@
 //! A network with its units, supports and geometries, to be trained, stored and evaluated; predictions on one geometry.
 
 use crate::fused::Input;
-use crate::map::{GeometryTensors, OutputMap, matrix, numbers, parameter_tensor};
+use crate::graph::kinds;
+use crate::map::{GeometryTensors, OutputMap, matrix, numbers, parameter_tensor, rows};
 use crate::{
     DataSet, Decoding, Embedding, Error, Geometry, Graph, GraphNetwork, GraphNetworkConfig, Result,
     Sample,
@@ -171,10 +172,7 @@ impl Surrogate {
     /// # Errors
     /// As [`Surrogate::fixed_geometry`].
     pub fn local_embedding(&self, geometry: &Geometry) -> Result<Vec<Vec<f64>>> {
-        let local = self.prepare(geometry)?.embedding(&self.emulator);
-        let of_nodes = local[0].clone();
-        let columns = of_nodes.dims()[1];
-        Ok(numbers(of_nodes).chunks(columns).map(<[f64]>::to_vec).collect())
+        Ok(rows(&self.prepare(geometry)?.embedding(&self.emulator)[0]))
     }
 
     /// Standardised parameters `[batch, parameters]` of some samples.
@@ -212,13 +210,22 @@ impl Surrogate {
         let features = self.scales.features.standardise(&geometry.features)?;
         let global = self.scales.global.standardise("global features", &shape(geometry))?.values;
         let device = self.emulator.device();
-        let table = |values: &[f64], rows| matrix(values, rows, &device);
+        let table = |table: &FeatureMatrix| {
+            let bits: Vec<u32> = table.values.iter().map(|x| (*x as f32).to_bits()).collect();
+            let kinds = kinds(bits.chunks_exact(table.columns));
+            let examples: Vec<usize> = kinds.inverse.iter().map(|rows| rows[0]).collect();
+            let values: Vec<f64> =
+                examples.iter().flat_map(|row| table.row(*row)).copied().collect();
+            (matrix(&values, examples.len(), &device), kinds)
+        };
+        let ((nodes, of_nodes), (edges, of_edges)) =
+            (table(&features.nodes), table(&features.edges));
         let output = OutputMap::new(geometry, &self.scales.output, dimensions).into();
         Ok(GeometryTensors {
-            graph: Graph::with_features(&geometry.topology, &features),
-            nodes: table(&features.nodes.values, features.nodes.rows),
-            edges: table(&features.edges.values, features.edges.rows),
-            global: (!global.is_empty()).then(|| table(&global, 1)),
+            graph: Graph::of_kinds(&geometry.topology, [of_nodes, of_edges]),
+            nodes,
+            edges,
+            global: (!global.is_empty()).then(|| matrix(&global, 1, &device)),
             output,
         })
     }

@@ -44,20 +44,16 @@ fn tanh_slope<const FUSED: bool>(value: f32) -> f32 {
     multiply_add::<FUSED>(-value, value, 1.0)
 }
 
-/// Evaluates `$body` with `$f` bound to the function that belongs to an activation, or to the identity without one.
+/// Evaluates `$body` with `$f` bound to the function that belongs to an activation.
 macro_rules! for_activation {
     ($activation:expr, $celu:expr, $tanh:expr, |$f:ident| $body:expr) => {
-        match Option::from($activation) {
-            Some(Activation::Celu) => {
+        match $activation {
+            Activation::Celu => {
                 let $f = $celu;
                 $body
             }
-            Some(Activation::Tanh) => {
+            Activation::Tanh => {
                 let $f = $tanh;
-                $body
-            }
-            None => {
-                let $f = |x: f32| x;
                 $body
             }
         }
@@ -126,47 +122,16 @@ vectorised! {
         weight_gradient: &mut [f32],
     ) {
         let width = weight.len();
-        let sums = bias_gradient.chunks_mut(BLOCK).zip(weight_gradient.chunks_mut(BLOCK));
-        for (block, (of_bias, of_weight)) in sums.enumerate() {
-            let start = block * BLOCK;
-            let weight = &weight[start..][..of_bias.len()];
-            for_activation!(activation, celu_slope, tanh_slope::<FUSED>, |slope| {
-                let rows = output.chunks_exact_mut(width).zip(value.chunks_exact(width)).zip(cotangent);
-                let rows = rows.map(|((row, h), c)| (&mut row[start..], &h[start..], *c));
-                match (<&mut [f32; BLOCK]>::try_from(&mut *of_bias), <&mut [f32; BLOCK]>::try_from(&mut *of_weight)) {
-                    (Ok(of_bias), Ok(of_weight)) => {
-                        // Sums that stay in registers.
-                        let mut sums = (*of_bias, *of_weight);
-                        pull_back_columns::<FUSED>(slope, rows, weight, &mut sums.0, &mut sums.1);
-                        (*of_bias, *of_weight) = sums;
-                    }
-                    _ => pull_back_columns::<FUSED>(slope, rows, weight, of_bias, of_weight),
+        let (bias_gradient, weight_gradient) = (&mut bias_gradient[..width], &mut weight_gradient[..width]);
+        for_activation!(activation, celu_slope, tanh_slope::<FUSED>, |slope| {
+            for ((row, h), c) in output.chunks_exact_mut(width).zip(value.chunks_exact(width)).zip(cotangent) {
+                for j in 0..width {
+                    let d = c * weight[j] * slope(h[j]);
+                    row[j] = d;
+                    bias_gradient[j] += d;
+                    weight_gradient[j] = multiply_add::<FUSED>(*c, h[j], weight_gradient[j]);
                 }
-            })
-        }
-    }
-}
-
-/// Columns whose sums over rows stay in registers.
-const BLOCK: usize = 64;
-
-/// [`pull_back_single_output`] of some columns.
-#[inline(always)]
-fn pull_back_columns<'a, const FUSED: bool>(
-    slope: impl Fn(f32) -> f32,
-    rows: impl Iterator<Item = (&'a mut [f32], &'a [f32], f32)>,
-    weight: &[f32],
-    of_bias: &mut [f32],
-    of_weight: &mut [f32],
-) {
-    let width = of_bias.len();
-    let (weight, of_weight) = (&weight[..width], &mut of_weight[..width]);
-    for (row, h, c) in rows {
-        let (row, h) = (&mut row[..width], &h[..width]);
-        for j in 0..width {
-            row[j] = c * weight[j] * slope(h[j]);
-            of_bias[j] += row[j];
-            of_weight[j] = multiply_add::<FUSED>(c, h[j], of_weight[j]);
-        }
+            }
+        })
     }
 }

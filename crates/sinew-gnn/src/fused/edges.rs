@@ -17,8 +17,8 @@ const EDGES_PER_TASK: usize = 64;
 #[derive(Debug)]
 pub struct EdgeTopology {
     pub(super) nodes: usize,
-    pub(super) senders: Index,
-    pub(super) receivers: Index,
+    pub(super) senders: Arc<Index>,
+    pub(super) receivers: Arc<Index>,
 }
 
 impl EdgeTopology {
@@ -30,7 +30,7 @@ impl EdgeTopology {
         assert_eq!(senders.len(), receivers.len(), "senders and receivers of edges");
         let beyond = senders.iter().chain(receivers).find(|node| **node >= nodes);
         assert_eq!(beyond, None, "an end of an edge beyond the {nodes} nodes");
-        let [senders, receivers] = [senders, receivers].map(|ends| Index::new(ends, nodes));
+        let [senders, receivers] = [senders, receivers].map(|ends| Index::new(ends, nodes).into());
         Arc::new(Self { nodes, senders, receivers })
     }
 
@@ -45,9 +45,9 @@ impl GatherPlan {
     /// read at the receiving and at the sending node.
     pub fn edges(topology: &EdgeTopology) -> Arc<Self> {
         let [nodes, edges] = topology.size();
-        let of_nodes = |index: &Index| (Gather::Indexed(index.clone()), nodes);
-        let (receivers, senders) = (of_nodes(&topology.receivers), of_nodes(&topology.senders));
-        Arc::new(Self { rows: edges, sources: vec![(Gather::Identity, edges), receivers, senders] })
+        let ends = topology.receivers.targets.iter().zip(&topology.senders.targets).enumerate();
+        let triple = |(edge, (r, s)): (usize, (&u32, &u32))| [edge, *r as usize, *s as usize];
+        Self::triples(&ends.map(triple).collect::<Vec<_>>(), [edges, nodes, nodes])
     }
 
     /// One row per triple of rows of three sources, which have `counts` rows.
@@ -87,34 +87,60 @@ fn sum(messages: Tensor<2>, topology: &Arc<EdgeTopology>, signed: bool) -> Tenso
             false => reference::received_edge_sum(messages, topology),
         };
     }
-    let topology = topology.clone();
-    apply(vec![messages.into_dispatch()], move |inputs, _| {
-        let messages = inputs[0].values();
-        let mut sums = vec![0.0; topology.nodes * width];
-        add_up(messages, &topology.receivers.inverse, 1.0, width, &mut sums);
-        if signed {
-            add_up(messages, &topology.senders.inverse, -1.0, width, &mut sums);
-        }
-        let output = HostTensor::new(sums, [topology.nodes, width]);
-        let topology = topology.clone();
-        let pullback = Pullback::new(move |cotangent, _| {
-            vec![Some(differences(&topology, signed, width, cotangent))]
-        });
-        (output, pullback)
-    })
+    let parts = [(1.0, topology.receivers.clone()), (-1.0, topology.senders.clone())];
+    let parts = parts[..1 + usize::from(signed)].to_vec();
+    Gathers { parts, width }.apply(messages, true)
 }
 
-/// Cotangents of the edges' messages from those of the nodes' sums.
-fn differences(topology: &EdgeTopology, signed: bool, width: usize, cotangent: &[f32]) -> Vec<f32> {
-    let of_node = |node: u32| &cotangent[node as usize * width..][..width];
-    let mut gradient = vec![0.0; topology.size()[1] * width];
-    let edges = gradient.par_chunks_exact_mut(width).enumerate().with_min_len(EDGES_PER_TASK);
-    edges.for_each(|(edge, gradient)| {
-        gradient.copy_from_slice(of_node(topology.receivers.targets[edge]));
-        if signed {
-            let sent = of_node(topology.senders.targets[edge]);
-            gradient.iter_mut().zip(sent).for_each(|(sum, value)| *sum -= value);
+/// Rows of `table` that the entries of `index` refer to, as one operation: some in ascending order, or repeated ones in that of their first
+/// entries. As many rows as the table has are the table itself.
+pub(crate) fn selected(table: Tensor<2>, index: &Arc<Index>) -> Tensor<2> {
+    match index.targets.len() == index.inverse.len() {
+        true => table,
+        false if !is_on_host(&table) => reference::selected(table, index),
+        false => {
+            let gathers = Gathers { parts: vec![(1.0, index.clone())], width: table.dims()[1] };
+            gathers.apply(table, false)
         }
-    });
-    gradient
+    }
+}
+
+/// Signed sum of gathers of rows of this width.
+#[derive(Clone)]
+struct Gathers {
+    parts: Vec<(f32, Arc<Index>)>,
+    width: usize,
+}
+
+impl Gathers {
+    /// Sums of the rows of a table that the entries refer to, or the transpose of this map.
+    fn map(&self, table: &[f32], transposed: bool) -> Vec<f32> {
+        let (index, width) = (&self.parts[0].1, self.width);
+        let count = if transposed { index.inverse.len() } else { index.targets.len() };
+        let mut sums = vec![0.0; count * width];
+        if transposed {
+            let parts = self.parts.iter();
+            parts.for_each(|(s, index)| add_up(table, &index.inverse, *s, width, &mut sums));
+            return sums;
+        }
+        let rows = sums.par_chunks_exact_mut(width).enumerate().with_min_len(EDGES_PER_TASK);
+        rows.for_each(|(row, sum)| {
+            for (sign, index) in &self.parts {
+                let from = &table[index.targets[row] as usize * width..];
+                sum.iter_mut().zip(from).for_each(|(sum, x)| *sum += sign * x);
+            }
+        });
+        sums
+    }
+
+    /// The map as one operation, whose derivative is its transpose.
+    fn apply(self, x: Tensor<2>, transposed: bool) -> Tensor<2> {
+        apply(vec![x.into_dispatch()], move |inputs, _| {
+            let (rows, back) = (self.map(inputs[0].values(), transposed), self.clone());
+            let shape = [rows.len() / self.width, self.width];
+            let pull =
+                move |cotangent: &[f32], _: &[bool]| vec![Some(back.map(cotangent, !transposed))];
+            (HostTensor::new(rows, shape), Pullback::new(pull))
+        })
+    }
 }

@@ -4,7 +4,7 @@ use sinew_num::cells_of_nodes;
 use std::sync::Arc;
 
 /// Targets that entries refer to.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Index {
     /// Target of each entry.
     pub targets: Vec<u32>,

@@ -2,12 +2,12 @@
 //!
 //! A tile's activations stay in the second-level cache from the gather to the output.
 
-use crate::fused::activation::{Activation, activate, add_bias_and_activate};
+use crate::fused::activation::{Activation, add_bias_and_activate};
 use crate::fused::index::{Gather, GatherPlan};
 use crate::fused::normalise::{Normalisation, normalise};
 use crate::fused::pool::Buffer;
 use crate::fused::product::{Panels, Start, multiply};
-use crate::fused::rows::{add_to_rows, gather_sums, single_output};
+use crate::fused::rows::{add_to_rows, gather_and_activate, single_output};
 use rayon::prelude::*;
 
 /// Most rows of a tile: activations of two layers of 128 then take 60 KiB, and weight gradients,
@@ -113,16 +113,14 @@ impl<'a> FirstLayer<'a> {
 
     /// The first hidden layer of the rows from `start` on.
     pub(crate) fn evaluate(&self, parameters: &Parameters<'_>, start: usize, first: &mut [f32]) {
-        let alone = self.tiled.is_empty().then_some(parameters.activation);
-        gather_sums(alone, parameters.biases[0], &self.gathered, start, first);
         let rows = first.len() / parameters.biases[0].len();
+        first.fill(0.0);
         for (source, weight) in &self.tiled {
             let values = &source.values[start * source.width..(start + rows) * source.width];
             multiply(values, weight, Start::Kept, first);
         }
-        if alone.is_none() {
-            activate(parameters.activation, first);
-        }
+        let (activation, bias) = (parameters.activation, parameters.biases[0]);
+        gather_and_activate(activation, bias, &self.gathered, start, first);
     }
 }
 

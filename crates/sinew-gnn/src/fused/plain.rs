@@ -3,13 +3,10 @@
 
 use crate::fused::activation::{self, Activation};
 use crate::fused::host::{Cotangents, HostTensor, Pullback, apply, is_on_host};
-use crate::fused::index::Index;
 use crate::fused::normalise::{Normalisation, normalise, pull_back_normalisation};
-use crate::fused::rows::add_up;
 use crate::fused::{LayerNormalisation, reference};
 use burn::tensor::{DType, Tensor, TensorData};
 use rayon::prelude::*;
-use std::sync::Arc;
 
 /// Numbers treated by one task.
 const NUMBERS_PER_TASK: usize = 1 << 15;
@@ -37,27 +34,6 @@ pub fn sum(a: Tensor<2>, b: Tensor<2>) -> Tensor<2> {
             needed.iter().map(|needed| needed.then(|| cotangent.to_vec())).collect()
         });
         (HostTensor::new(sums.collect(), inputs[0].shape()), pullback)
-    })
-}
-
-/// Rows of `table` that `index` refers to, one after the other, as one operation.
-pub(crate) fn selected(table: Tensor<2>, index: &Arc<Index>) -> Tensor<2> {
-    if !is_on_host(&table) {
-        return reference::selected(table, index);
-    }
-    let (index, width) = (index.clone(), table.dims()[1]);
-    apply(vec![table.into_dispatch()], move |inputs, _| {
-        let table = inputs[0].values();
-        let row = |row: &u32| &table[*row as usize * width..][..width];
-        let rows = index.targets.iter().map(row).collect::<Vec<_>>().concat();
-        let output = HostTensor::new(rows, [index.targets.len(), width]);
-        let index = index.clone();
-        let pullback = Pullback::new(move |cotangent, _| {
-            let mut sums = vec![0.0; index.inverse.len() * width];
-            add_up(cotangent, &index.inverse, 1.0, width, &mut sums);
-            vec![Some(sums)]
-        });
-        (output, pullback)
     })
 }
 

@@ -1,6 +1,6 @@
 //! Gathers, scatters and sums of rows.
 
-use crate::fused::activation::{Activation, activate, celu, for_activation, tanh};
+use crate::fused::activation::{Activation, celu, for_activation, tanh};
 use crate::fused::index::Gather;
 use crate::fused::simd::{dot, vectorised};
 use rayon::prelude::*;
@@ -45,9 +45,9 @@ vectorised! {
         }
     }
 
-    /// `x = bias + Σ_k source_k[index_k[row]]`, or an activation of it, for consecutive rows from `start` on.
-    pub(crate) fn gather_sums<FUSED>(
-        activation: Option<Activation>,
+    /// `x = f(x + bias + Σ_k source_k[index_k[row]])` for consecutive rows from `start` on.
+    pub(crate) fn gather_and_activate<FUSED>(
+        activation: Activation,
         bias: &[f32],
         sources: &[(&Gather, &[f32])],
         start: usize,
@@ -56,18 +56,15 @@ vectorised! {
         let width = bias.len();
         for (offset, x) in x.chunks_exact_mut(width).enumerate() {
             let row = start + offset;
-            if let [first, second] = sources {
+            for_activation!(activation, celu::<FUSED>, tanh::<FUSED>, |f| if let [first, second] = sources {
                 let (first, second) = (row_of(first, row, width), row_of(second, row, width));
-                for_activation!(activation, celu::<FUSED>, tanh::<FUSED>, |f| {
-                    for ((x, b), (first, second)) in x.iter_mut().zip(bias).zip(first.iter().zip(second)) {
-                        *x = f(b + first + second);
-                    }
-                });
-                continue;
-            }
-            x.copy_from_slice(bias);
-            sources.iter().for_each(|source| add_into(x, row_of(source, row, width)));
-            activation.iter().for_each(|activation| activate(*activation, x));
+                for ((x, b), (first, second)) in x.iter_mut().zip(bias).zip(first.iter().zip(second)) {
+                    *x = f(*x + b + first + second);
+                }
+            } else {
+                sources.iter().for_each(|source| add_into(x, row_of(source, row, width)));
+                x.iter_mut().zip(bias).for_each(|(x, b)| *x = f(*x + b));
+            });
         }
     }
 
