@@ -19,16 +19,15 @@ fn names_of_cases_are_unique() {
     }
 }
 
-/// The first data set of a full run, by the cases of a method.
-fn runs(name: Name, method: Method) -> Vec<(String, Vec<f64>, Run)> {
+/// The cases of a method in a full run.
+fn cases(name: Name, method: Method) -> impl DoubleEndedIterator<Item = Case> {
     let cases = name.experiment(Scale { quick: false }).unwrap().cases.into_iter();
-    let of_method = cases.filter(|case| case.label.method == method);
-    let task = Task { seed: derived(1, 0), draw: false };
-    let run = |case: Case| {
-        let truth = case.label.truth.iter().map(|truth| truth.value).collect();
-        (case.label.setting.clone(), truth, (case.run)(&task).unwrap())
-    };
-    of_method.map(run).collect()
+    cases.filter(move |case| case.label.method == method)
+}
+
+/// The first data set of a case.
+fn run(case: &Case) -> Run {
+    (case.run)(&Task { seed: derived(1, 0), draw: false }).unwrap()
 }
 
 /// Families of exact solutions hold the truth, and their least squares find it from starts that are off by a third.
@@ -41,12 +40,13 @@ fn least_squares_find_the_parameters_behind_noisy_values() {
         (Name::AdvectionDiffusion, [2.5e-2, 2.0e-2]),
     ];
     for (name, [most_u, most_theta]) in all {
-        let runs = runs(name, Method::LeastSquares);
-        assert!(!runs.is_empty());
-        for (setting, truth, run) in runs {
-            let off = run.theta.iter().zip(&truth).map(|(found, truth)| (found - truth).powi(2));
-            let off = off.sum::<f64>().sqrt();
-            assert!(run.err_u < most_u && off < most_theta, "{} {setting}: {run:?}", name.key());
+        let cases: Vec<Case> = cases(name, Method::LeastSquares).collect();
+        assert!(!cases.is_empty());
+        for case in cases {
+            let (run, truth) = (run(&case), &case.label.truth);
+            let pairs = run.theta.iter().zip(truth);
+            let off = pairs.map(|(found, truth)| (found - truth.value).powi(2)).sum::<f64>().sqrt();
+            assert!(run.err_u < most_u && off < most_theta, "{}: {run:?}", case.key());
             assert_eq!(run.theta.len(), truth.len());
         }
     }
@@ -63,7 +63,8 @@ fn trainings_end_at_the_solution() {
     ];
     for (name, method, most) in all {
         // Of the networks with conditions built in, the one with the most collocation points.
-        let (setting, _, run) = runs(name, method).pop().unwrap();
-        assert!(run.err_u < most, "{} {setting}: {:e}", name.key(), run.err_u);
+        let case = cases(name, method).next_back().unwrap();
+        let run = run(&case);
+        assert!(run.err_u < most, "{}: {:e}", case.key(), run.err_u);
     }
 }
