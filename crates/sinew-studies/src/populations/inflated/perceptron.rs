@@ -2,6 +2,7 @@
 
 use crate::program::cpu_seconds;
 use nalgebra::DMatrix;
+use ndarray::{ArrayView2, ShapeBuilder};
 use rand::rngs::ChaCha8Rng;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
@@ -52,7 +53,7 @@ impl Perceptron {
             let active = if index == 0 { x } else { x.map(f32::tanh) };
             let rows = active.nrows();
             handed.push(active.insert_row(rows, 1.0));
-            x = weights * &handed[index];
+            x = product(weights, &handed[index]);
         }
         (handed, x)
     }
@@ -66,9 +67,9 @@ impl Perceptron {
         let (handed, found) = self.forward(x);
         let (mut slope, mut gradients) = ((found - y) / x.ncols() as f32, Vec::new());
         for (weights, active) in self.0.iter().zip(&handed).rev() {
-            gradients.insert(0, &slope * active.transpose());
+            gradients.insert(0, product(&slope, &active.transpose()));
             let rows = weights.ncols() - 1;
-            let below = weights.columns(0, rows).transpose() * slope;
+            let below = product(&weights.columns(0, rows).transpose(), &slope);
             slope = below.zip_map(&active.rows(0, rows), |slope, a| slope * (1.0 - a * a));
         }
         gradients
@@ -126,4 +127,13 @@ impl Perceptron {
             }
         }
     }
+}
+
+/// Product by blocks for the vector instructions of the machine, which nalgebra has with its feature `std` alone.
+fn product(a: &DMatrix<f32>, b: &DMatrix<f32>) -> DMatrix<f32> {
+    fn view(m: &DMatrix<f32>) -> ArrayView2<'_, f32> {
+        ArrayView2::from_shape(m.shape().f(), m.as_slice()).expect("entries column by column")
+    }
+    let product = view(a).dot(&view(b));
+    DMatrix::from_iterator(a.nrows(), b.ncols(), product.t().iter().copied())
 }
