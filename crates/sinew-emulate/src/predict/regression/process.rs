@@ -190,15 +190,15 @@ pub(super) fn left_out(
             else {
                 return None;
             };
-            let start = logarithms(lengths, *nugget);
+            let own = logarithms(lengths, *nugget);
             let trends = (0..=*trend).rev().map(|trend| (trend, monomials(x.ncols(), trend)));
             let is_told = |told: &Vec<_>| told.len() < x.nrows() && are_told(&x, told);
             let (trend, exponents) = trends.into_iter().find(|(_, told)| is_told(told))?;
-            let search =
-                || maximise_evidence((&x, &y), &exponents, start.clone(), FIRST_STEP / 4.0);
-            let at = if are_alone { search()? } else { start.clone() };
-            let conditional = Conditional::new(&x, &exponents, &at)?;
-            Some((conditional.fitted(trend, &y)?, conditional))
+            let search = || maximise_evidence((&x, &y), &exponents, start(x.ncols()), FIRST_STEP);
+            // Deviations are those of the lengths and the nugget that predictions have.
+            let conditional = Conditional::new(&x, &exponents, &own)?;
+            let at = if are_alone { search()? } else { own };
+            Some((Conditional::new(&x, &exponents, &at)?.fitted(trend, &y)?, conditional))
         };
         let fits = processes.iter().map(without).collect::<Option<Vec<_>>>()?;
         let (_, best) = fits.first()?;
