@@ -57,6 +57,7 @@ pub(crate) use host::{HostTensor, Pullback, apply};
 pub use index::GatherPlan;
 pub(crate) use index::Index;
 pub use mlp::gathered_mlp;
+pub(crate) use moments::squared_norm;
 pub use moments::{AdamRule, adam_direction, descend, momentum_direction, orthogonalise};
 pub(crate) use normalise::VARIANCE_FLOOR;
 pub use perceptron::{Input, LayerNormalisation, PerceptronWeights};

@@ -1,6 +1,8 @@
 //! Optimisers: Adam, and Muon as the published training figures used it; gradients and weights of a network as plain numbers.
 
-use crate::fused::{AdamRule, adam_direction, descend, momentum_direction, orthogonalise};
+use crate::fused::{
+    AdamRule, adam_direction, descend, momentum_direction, orthogonalise, squared_norm,
+};
 use crate::graph_network::GraphNetwork;
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param, ParamId};
 use burn::optim::GradientsParams;
@@ -167,17 +169,6 @@ pub(crate) fn collect(emulator: &GraphNetwork, gradients: Option<GradientsParams
     let mut collector = Collector { gradients, updates: Vec::new(), path: Vec::new() };
     emulator.visit(&mut collector);
     collector.updates
-}
-
-/// Sum in interleaved partial sums, which the compiler turns into vectors.
-fn squared_norm(values: &[f32]) -> f64 {
-    let mut lanes = [0.0; 8];
-    for chunk in values.chunks(lanes.len()) {
-        for (lane, value) in lanes.iter_mut().zip(chunk) {
-            *lane += f64::from(*value) * f64::from(*value);
-        }
-    }
-    lanes.iter().sum()
 }
 
 /// The numbers of a tensor in single precision.

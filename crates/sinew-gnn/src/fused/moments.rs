@@ -89,7 +89,7 @@ pub fn orthogonalise(values: &mut Vec<f32>, columns: usize) {
         return;
     }
     let rows = values.len() / columns;
-    let norm = values.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
+    let norm = squared_norm(values).sqrt();
     // Not `max`, which would hide a NaN.
     let scale = if norm < SMALLEST_NORM { SMALLEST_NORM } else { norm }.recip();
     for x in values.iter_mut() {
@@ -125,6 +125,17 @@ vectorised! {
             *x += a;
         }
     }
+}
+
+/// Sum of squares in interleaved partial sums, which the compiler turns into vectors.
+pub(crate) fn squared_norm(values: &[f32]) -> f64 {
+    let mut lanes = [0.0; 8];
+    for chunk in values.chunks(lanes.len()) {
+        for (lane, value) in lanes.iter_mut().zip(chunk) {
+            *lane += f64::from(*value) * f64::from(*value);
+        }
+    }
+    lanes.iter().sum()
 }
 
 /// Transpose of a matrix with rows of `columns` numbers.
