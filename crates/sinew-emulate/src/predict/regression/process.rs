@@ -180,6 +180,9 @@ pub(super) fn left_out(
 ) -> Option<Vec<(usize, RowDVector<f64>, f64)>> {
     let (folds, are_alone) = (folds(groups.len()), groups.len() == points.nrows());
     let shares = shares(processes);
+    // Lengths that few samples have chosen hold something of each of them: a search begins anew. It may end elsewhere, so that deviations
+    // are those of the lengths that predictions have.
+    let (few, begin) = (groups.len() <= MOST_ALONE, (start(points.ncols()), FIRST_STEP));
     let of_fold = |fold: usize| {
         step()?;
         let out: Vec<usize> = groups.iter().skip(fold).step_by(folds).flatten().copied().collect();
@@ -194,10 +197,13 @@ pub(super) fn left_out(
             let trends = (0..=*trend).rev().map(|trend| (trend, monomials(x.ncols(), trend)));
             let is_told = |told: &Vec<_>| told.len() < x.nrows() && are_told(&x, told);
             let (trend, exponents) = trends.into_iter().find(|(_, told)| is_told(told))?;
-            let search = || maximise_evidence((&x, &y), &exponents, start(x.ncols()), FIRST_STEP);
-            // Deviations are those of the lengths and the nugget that predictions have.
-            let conditional = Conditional::new(&x, &exponents, &own)?;
-            let at = if are_alone { search()? } else { own };
+            let search = || {
+                let (from, step) =
+                    if few { begin.clone() } else { (own.clone(), FIRST_STEP / 4.0) };
+                maximise_evidence((&x, &y), &exponents, from, step)
+            };
+            let at = if are_alone { search()? } else { own.clone() };
+            let conditional = Conditional::new(&x, &exponents, if few { &own } else { &at })?;
             Some((Conditional::new(&x, &exponents, &at)?.fitted(trend, &y)?, conditional))
         };
         let fits = processes.iter().map(without).collect::<Option<Vec<_>>>()?;
