@@ -1,13 +1,11 @@
-//! Posteriors of synthetic patients: how often their intervals hold, also by a model with the wrong
-//! springs, and how far they are from brute force (`cargo xtask
-//! reproduce-calibration`).
+//! Posteriors of synthetic patients: how often their intervals hold, and how far they are from brute force
+//! (`cargo xtask reproduce-calibration`).
 
 mod coverage;
 mod ecdf;
 mod exactness;
 pub mod options;
 mod reference;
-mod springs;
 
 use crate::program::Growing;
 use anyhow::Result;
@@ -27,11 +25,10 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
     let size = (options.seed, options.quick);
     let mut growing = Growing::new(names, size, options, |_| String::new())?;
     let mut page = options.out.join("report.html");
-    let parts: [(Part, Make); 4] = [
+    let parts: [(Part, Make); 3] = [
         (Part::Coverage, coverage::section),
         (Part::Grid, exactness::grid),
         (Part::Importance, exactness::importance),
-        (Part::Springs, springs::section),
     ];
     for (_, section) in parts.into_iter().filter(|(part, _)| options.wants(*part)) {
         page = growing.add(section(options)?, &options.out)?;

@@ -16,11 +16,11 @@ const QUICK_PATIENTS: usize = 3;
 /// Draws of each patient's posterior.
 const DRAWS: usize = 240;
 /// Intervals whose coverage is counted.
-pub(super) const LEVELS: [f64; 3] = [0.5, 0.8, 0.95];
+const LEVELS: [f64; 3] = [0.5, 0.8, 0.95];
 /// Points at which rank ECDFs are held against their bands.
 const POINTS: usize = 20;
 /// Volumes beside the parameters.
-pub(super) const VOLUMES: [&str; 2] = ["volume of endo at rest", "volume of endo at top"];
+const VOLUMES: [&str; 2] = ["volume of endo at rest", "volume of endo at top"];
 
 /// One patient's ranks of the truth, by quantity.
 #[derive(Serialize, Deserialize)]
@@ -36,7 +36,7 @@ pub(super) fn section(options: &Options) -> Result<Section> {
     for number in 0..patients {
         let file = options.out.join(format!("patients/{number}.json"));
         let (failed, found) = program::kept(&file, options.resume, || {
-            let (patient, failed) = random(options.seed, number as u64, None)?;
+            let (patient, failed) = random(options.seed, number as u64)?;
             Ok((failed, one(options, &patient, number as u64)?))
         })?;
         without_rest += failed;
@@ -79,7 +79,7 @@ fn one(options: &Options, patient: &Synthetic, number: u64) -> Result<Result<Out
 type Quantity = (Vec<f64>, f64);
 
 /// The posterior of a patient by a model and draws of all quantities, or the reason for its absence.
-pub(super) fn calibrated(
+fn calibrated(
     options: &Options,
     (prepared, model): (&Prepared, &Patient<'_>),
     (patient, observed): (&Synthetic, &[f64]),
@@ -115,7 +115,7 @@ fn quantities(
 }
 
 /// Share of the draws of each quantity below the truth.
-pub(super) fn ranks(quantities: &[Quantity]) -> Vec<f64> {
+fn ranks(quantities: &[Quantity]) -> Vec<f64> {
     let rank = |(draws, truth): &Quantity| {
         draws.iter().filter(|draw| *draw < truth).count() as f64 / draws.len() as f64
     };
@@ -123,7 +123,7 @@ pub(super) fn ranks(quantities: &[Quantity]) -> Vec<f64> {
 }
 
 /// Share of intervals of a probability that hold the truth, by its ranks.
-pub(super) fn held(ranks: &[f64], level: f64) -> f64 {
+fn held(ranks: &[f64], level: f64) -> f64 {
     let inside = ranks.iter().filter(|rank| (**rank - 0.5).abs() <= 0.5 * level);
     inside.count() as f64 / ranks.len() as f64
 }
@@ -182,7 +182,7 @@ fn chart(name: &str, ecdf: &RankEcdf) -> Chart {
 }
 
 /// Parameters whose truth is drawn from their prior.
-pub(super) const NAMES: [&str; 4] = ["a", "b", "a_f", "b_f"];
+const NAMES: [&str; 4] = ["a", "b", "a_f", "b_f"];
 /// Ranges of the priors.
 const RANGES: [[f64; 2]; 4] = [[0.1, 0.4], [1.0, 4.0], [1.5, 5.0], [1.0, 4.5]];
 /// Cells through the wall, around and along of the patients' meshes.
@@ -197,8 +197,8 @@ pub(super) struct Synthetic {
 }
 
 /// A patient of a random shape in the image; θ is drawn from the prior, independent of it. Draws without a body at rest are
-/// made again, which the count of them tells. With a stiffness \[kPa/mm\] there are springs along the normal of the epicardium.
-pub(super) fn random(seed: u64, number: u64, springs: Option<f64>) -> Result<(Synthetic, usize)> {
+/// made again, which the count of them tells.
+pub(super) fn random(seed: u64, number: u64) -> Result<(Synthetic, usize)> {
     let mut random = ChaCha8Rng::seed_from_u64(split_seed(split_seed(seed, SHAPES), number));
     let mut failed = 0;
     loop {
@@ -208,7 +208,7 @@ pub(super) fn random(seed: u64, number: u64, springs: Option<f64>) -> Result<(Sy
         let theta: Vec<f64> =
             RANGES.iter().map(|[low, high]| low * (high / low).powf(between(0.0, 1.0))).collect();
         let blank = PatientFile::parse(
-            &text([radius, radius + wall], [long, long + wall], base, CELLS, &RANGES, springs),
+            &text([radius, radius + wall], [long, long + wall], base, CELLS, &RANGES),
             "synthetic",
         )?;
         match blank.synthesise(&theta, split_seed(seed, number)) {
@@ -225,7 +225,7 @@ pub(super) fn random(seed: u64, number: u64, springs: Option<f64>) -> Result<(Sy
 /// A patient of one shape, of whose parameters a and a_f are unknown.
 pub(super) fn of_two(seed: u64, cells: [usize; 3]) -> Result<Synthetic> {
     let ranges = [RANGES[0], [2.0, 2.0], RANGES[2], [2.1, 2.1]];
-    let text = text([20.0, 30.0], [52.0, 62.0], 15.0, cells, &ranges, None);
+    let text = text([20.0, 30.0], [52.0, 62.0], 15.0, cells, &ranges);
     let theta = vec![0.2, 2.8];
     let text = PatientFile::parse(&text, "synthetic")?.synthesise(&theta, seed)?;
     Ok(Synthetic { file: PatientFile::parse(&text, "synthetic")?, theta })
@@ -238,23 +238,18 @@ fn text(
     base: f64,
     cells: [usize; 3],
     ranges: &[[f64; 2]; 4],
-    springs: Option<f64>,
 ) -> String {
     let parameter = |(name, [low, high]): (&&str, &[f64; 2])| match low == high {
         true => format!("{name} = {low:?}\n"),
         false => format!("{name} = [{low:?}, {high:?}]\n"),
     };
     let parameters: String = NAMES.iter().zip(ranges).map(parameter).collect();
-    let springs = springs.map_or(String::new(), |normal| {
-        format!(r#", {{ foundation = {{ normal = {normal:?} }}, facets = "epi" }}"#)
-    });
     format!(
         include_str!("patient.toml.in"),
         short = short,
         long = long,
         base = base,
         cells = cells,
-        parameters = parameters,
-        springs = springs
+        parameters = parameters
     )
 }

@@ -57,7 +57,7 @@ pub(super) fn importance(options: &Options) -> Result<Section> {
     let (patients, solves, draws) = if options.quick { QUICK_IMPORTANCE } else { IMPORTANCE };
     let (mut texts, mut rows) = (Vec::new(), Vec::new());
     for number in 0..patients {
-        let (Synthetic { file, .. }, _) = coverage::random(options.seed, number, None)?;
+        let (Synthetic { file, .. }, _) = coverage::random(options.seed, number)?;
         let prepared = file.prepare()?;
         let model = prepared.patient().map_err(|reason| anyhow!(reason))?;
         let problem = &prepared.problem;

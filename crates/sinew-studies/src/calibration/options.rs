@@ -12,7 +12,7 @@ pub struct Options {
     /// Same code on three patients and coarse grids: a check, not a result
     #[arg(long)]
     pub quick: bool,
-    /// Patients of the coverage study; the study of springs has a quarter of them for each of its four pairs of truth and model
+    /// Patients of the coverage study
     #[arg(long, default_value_t = 100)]
     pub patients: usize,
     /// Parts to run [default: all]
@@ -40,8 +40,6 @@ pub enum Part {
     Importance,
     /// Intervals of patients that nothing was tuned for.
     Coverage,
-    /// Intervals and doubts of models with springs that the patient lacks, or without those that it has.
-    Springs,
 }
 
 impl Options {
