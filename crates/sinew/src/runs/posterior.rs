@@ -247,7 +247,7 @@ impl<'a> Target<'a> {
             warnings.extend((misfit > DOUBTFUL).then_some(said));
             if *sd < EXACT * found.deviation {
                 return Err(format!(
-                    "{output}: an sd of {sd:e} is none of a measurement beside the error of the emulator, {:.1e}; give one of at least {EXACT} of it",
+                    "{output}: an sd of {sd:e} is too small beside the error of the emulator, {:.1e}; give at least {EXACT} of that",
                     found.deviation
                 ));
             }
