@@ -6,7 +6,7 @@ use crate::predict::regression::{
 };
 use crate::store::identity::{Axis, axis};
 use crate::store::{check_seal, read_json, seal, write_json};
-use crate::{Counter, Error, Observer, PodRegression, Result, Warning};
+use crate::{Counter, Design, Error, Observer, PodRegression, Result, Warning};
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
@@ -27,8 +27,10 @@ const ROUNDING: f64 = 1e-9;
 const FEW_LEVELS: usize = 6;
 /// Runs that are learned from at most: time grows with their cube, a prediction with their square.
 const MOST_RUNS: usize = 1000;
-/// Seed of the order of runs, and of the choice among more than [`MOST_RUNS`].
+/// Seed of the order of runs, of the choice among more than [`MOST_RUNS`], and of the places where intervals are compared.
 const SEED: u64 = 1;
+/// Places of the ranges where intervals are compared.
+const PLACES: usize = 256;
 const MESH: &str = "mesh.vtu";
 /// Stage of a fit, for observers.
 const STAGE: &str = "Gaussian processes";
@@ -46,7 +48,8 @@ pub struct Output {
 
 /// Errors of runs that are predicted from the others: each alone among up to fifty runs, a tenth of more at a time, and together where
 /// most runs share values of a parameter or are near twins, whichever errors are larger. Length scales and nugget are searched
-/// anew where runs are left out alone; groups keep those of all runs. Each run of a group counts as one.
+/// anew where runs are left out alone; groups keep those of all runs. Each run of a group counts as one. Few runs may all lie apart from
+/// the places with the largest errors: the error is at least that of normal ones whose 95 % intervals are those of predictions over the ranges.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeftOut {
     /// Name of the output.
@@ -63,6 +66,9 @@ pub struct LeftOut {
     pub deviation: f64,
     /// Half-width of a 95 % interval, in standard deviations of the process.
     factor: f64,
+    /// Largest half-width over the ranges \[unit\], and the parameters there: where runs are thin.
+    #[serde(default)]
+    pub widest: (f64, Vec<f64>),
 }
 
 impl LeftOut {
@@ -93,6 +99,7 @@ impl LeftOut {
             error: mean_square(errors.iter().map(|(error, _)| error * error).sum(), errors.len()),
             deviation: mean_square((0..values[0].len()).map(about_mean).sum(), runs),
             factor: allowance * ratios[rank.min(ratios.len()) - 1],
+            widest: Default::default(),
         }
     }
 
@@ -100,6 +107,14 @@ impl LeftOut {
     fn or_larger(self, other: Self) -> Self {
         let factor = self.factor.max(other.factor);
         Self { factor, ..if other.error > self.error { other } else { self } }
+    }
+
+    /// With half-widths at places of the ranges.
+    fn over(self, places: Vec<(f64, Vec<f64>)>) -> Self {
+        let squares = places.iter().map(|(width, _)| width * width).sum::<f64>();
+        let error = self.error.max((squares / places.len() as f64).sqrt() / NORMAL_WIDTH);
+        let widest = places.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
+        Self { error, widest, ..self }
     }
 }
 
@@ -199,7 +214,11 @@ impl RunsEmulator {
         }
         // By the numbers of the runs as they were given.
         outputs.iter().try_for_each(|of| check_samples((&parameters, thetas, &of.values)))?;
+        // By their places, so that the order of a table changes nothing.
+        let rows = points(&parameters, thetas);
+        let distances: Vec<f64> = rows.row_iter().map(|row| row.norm()).collect();
         let mut order: Vec<usize> = (0..thetas.len()).collect();
+        order.sort_by(|&a, &b| distances[a].total_cmp(&distances[b]));
         order.shuffle(&mut ChaCha8Rng::seed_from_u64(SEED));
         order.truncate(MOST_RUNS);
         let drawn = |rows: &[Vec<f64>]| -> Vec<Vec<f64>> {
@@ -208,6 +227,7 @@ impl RunsEmulator {
         let thetas = drawn(thetas);
         let points = points(&parameters, &thetas);
         let partitions = partitions(&points);
+        let places = Design::LatinHypercube.sample(&parameters, PLACES, SEED)?;
         let count = outputs.len() * steps(&partitions);
         let counter = Mutex::new(Counter::new(observer, STAGE, 0, count));
         let step = || {
@@ -222,6 +242,9 @@ impl RunsEmulator {
             let of = partitions.iter().zip(&errors);
             let left = of.map(|(groups, errors)| LeftOut::of(output, &values, groups, errors));
             let left = left.reduce(LeftOut::or_larger).expect("runs are left out alone");
+            let unit = left.factor / nodes(&values[0]).sqrt();
+            let width = |at: &Vec<f64>| (unit * regression.deviation(&conditional, at), at.clone());
+            let left = left.over(places.iter().map(width).collect());
             require_usable(left.r_squared().is_finite(), || {
                 let LeftOut { name, deviation, .. } = &left;
                 format!(

@@ -76,12 +76,15 @@ impl RunsArguments {
 /// Errors of runs left out.
 fn tell(emulator: &RunsEmulator) {
     for left in emulator.left_out() {
-        let LeftOut { name, unit, runs, folds, error, deviation, .. } = left;
+        let LeftOut { name, unit, runs, folds, error, deviation, widest: (width, theta), .. } =
+            left;
         let how = if folds == runs { "leave-one-out".into() } else { format!("{folds}-fold") };
         let (unit, r_squared) = (Unit::from(unit.as_str()).suffix(), left.r_squared());
         let (error, share) = (digits(*error, 3), digits(error / deviation, 2));
+        let place = values_in_words(&emulator.parameters, theta);
         println!(
-            "{name}: {how} error {error}{unit}, {share} of the standard deviation, R² {r_squared:.5}"
+            "{name}: error {error}{unit} ({how}), {share} of the standard deviation, R² {r_squared:.5}; widest interval ± {}{unit} at {place}",
+            digits(*width, 2)
         );
     }
 }

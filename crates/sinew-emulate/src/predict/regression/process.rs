@@ -106,8 +106,9 @@ fn bounds(place: usize, variables: usize) -> (f64, f64, f64) {
     if place < variables { LOG_LENGTH } else { LOG_NUGGET }
 }
 
-/// Logarithms of lengths and nugget at a minimum of an objective, by a pattern search whose first step is `step`. A sweep that
-/// gains less than `gain` is not worth another at its step.
+/// Logarithms of lengths and nugget at a minimum of an objective, by a pattern search whose first step is `step`. A sweep takes all
+/// changes that gain, or the best where they gain less together, so that the order of the parameters changes nothing. One that gains less
+/// than `gain` is not worth another at its step.
 fn search(
     mut at: Vec<f64>,
     mut step: f64,
@@ -118,20 +119,24 @@ fn search(
     let mut best = objective(&at)?;
     // Steps down to e^⅛: finer ones change the error by a few percent only.
     while step >= 0.125 {
-        let before = best;
-        for d in 0..=variables {
-            for direction in [step, -step] {
-                let (low, _, high) = bounds(d, variables);
-                let mut trial = at.clone();
-                trial[d] = (at[d] + direction).clamp(low, high);
-                match objective(&trial) {
-                    Some(value) if value < best => (at, best) = (trial, value),
-                    _ => {}
-                }
+        let changes = (0..=variables).flat_map(|d| [(d, step), (d, -step)]);
+        let trials = changes.filter_map(|(d, change)| {
+            let (low, _, high) = bounds(d, variables);
+            let mut trial = at.clone();
+            trial[d] = (at[d] + change).clamp(low, high);
+            Some((objective(&trial)?, d, trial[d]))
+        });
+        let mut gains: Vec<_> = trials.filter(|(value, ..)| *value < best).collect();
+        gains.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let (before, mut all) = (best, at.clone());
+        gains.iter().for_each(|&(_, d, to)| all[d] = to);
+        if let Some(&(value, d, to)) = gains.last() {
+            match objective(&all) {
+                Some(whole) if whole < value => (at, best) = (all, whole),
+                _ => (at[d], best) = (to, value),
             }
         }
-        let gained = best < before - gain;
-        step /= if gained { 1.0 } else { 2.0 };
+        step /= if best < before - gain { 1.0 } else { 2.0 };
     }
     Some(at)
 }
