@@ -45,7 +45,7 @@ impl fmt::Display for Place {
 /// Why something cannot be read, selected or made, with names, numbers and places in the unit of the mesh, and what to do.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{0}")]
-pub struct Refusal(pub(crate) String);
+pub struct Refusal(pub String);
 
 impl From<quick_xml::Error> for Refusal {
     fn from(error: quick_xml::Error) -> Self {

@@ -3,13 +3,11 @@
 mod biventricle;
 mod chamber;
 mod implicit;
-mod population;
 mod ventricle;
 mod wall;
 
 pub use biventricle::Biventricle;
 pub use chamber::{Chamber, ChamberReport, ChamberWall, Size, Trim, WallOptions};
-pub use population::VentricleShape;
 pub use ventricle::TruncatedEllipsoid;
 pub use wall::{Sheet, Wall};
 

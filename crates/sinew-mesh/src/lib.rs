@@ -102,8 +102,8 @@ pub use any::AnyMesh;
 pub use element::{Element, QuadraturePoint};
 pub use error::{MeshError, Place, Refusal};
 pub use generate::{
-    Biventricle, Chamber, ChamberReport, ChamberWall, Sheet, Size, Trim, TruncatedEllipsoid,
-    VentricleShape, Wall, WallOptions, box_hexahedra, box_tetrahedra, rectangle_triangles,
+    Biventricle, Chamber, ChamberReport, ChamberWall, Sheet, Size, Trim, TruncatedEllipsoid, Wall,
+    WallOptions, box_hexahedra, box_tetrahedra, rectangle_triangles,
 };
 pub use geometry::{
     SELECTION_TOLERANCE, enclosed_volume, extents, extract_surface, repair_orientation,

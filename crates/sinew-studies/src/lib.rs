@@ -17,4 +17,5 @@ pub mod program;
 mod published;
 mod shapes;
 pub mod thesis;
+mod ventricle_shape;
 pub mod verify;

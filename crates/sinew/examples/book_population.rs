@@ -8,16 +8,16 @@ use sinew::{
 };
 use sinew_energy::Magnitude;
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
-use sinew_mesh::VentricleShape;
+use sinew_mesh::TruncatedEllipsoid;
 use std::error::Error;
 use std::time::Instant;
 
 /// One millimetre of mercury [kPa].
 const MMHG: f64 = 0.133322;
 
-/// The body of a shape, given by as many of its 32 numbers as are not zero.
-fn ventricle(numbers: &[f64]) -> Result<Body, Box<dyn Error>> {
-    let mesh = VentricleShape::new(numbers)?.tetrahedra([2, 24, 12])?;
+/// The body of a shape.
+fn ventricle(shape: TruncatedEllipsoid) -> Result<Body, Box<dyn Error>> {
+    let mesh = shape.wall([2, 24, 12]).tetrahedra();
     let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
     let frames = by_rule(&mesh, &surfaces, &FibreRule::SIXTY)?;
     let pressure = Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(4) };
@@ -42,11 +42,13 @@ fn distance(found: &[f64], truth: &[f64]) -> f64 {
 
 fn main() -> Result<(), Box<dyn Error>> {
     // Before anybody comes: the mean ventricle, one solution of it and one factorised stiffness.
-    let mean = ventricle(&[])?;
+    let mean = TruncatedEllipsoid { short: [24.0, 35.0], long: [60.0, 71.0], base: 0.0 };
+    let mean = ventricle(mean)?;
     let known = FrozenStiffness::new(&mean)?;
 
-    // A patient: larger and thinner than the mean, skewed, with a scar of ten times the stiffness on one side.
-    let patient = ventricle(&[1.2, -0.4, -0.8, 0.5, -0.7, 0.9, 0.3])?;
+    // A patient: larger and thinner than the mean, with a scar of ten times the stiffness on one side.
+    let patient = TruncatedEllipsoid { short: [27.0, 36.0], long: [63.0, 72.0], base: 0.0 };
+    let patient = ventricle(patient)?;
     let scarred = |x: &[f64; 3]| (x[0] - 30.0).hypot(x[2] + 30.0) < 15.0 && x[1] > 0.0;
     let factor = |x: &[f64; 3]| if scarred(x) { 10.0 } else { 1.0 };
     let factors: Vec<f64> = patient.positions.iter().map(factor).collect();

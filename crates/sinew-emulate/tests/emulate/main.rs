@@ -1,5 +1,9 @@
 //! Answers to an accuracy, quasi-Newton steps, regressions; coordinates, designs, simulations, estimates and what is stored of them.
 
+#[expect(dead_code, reason = "studies take hexahedra too")]
+#[path = "../../../sinew-studies/src/ventricle_shape.rs"]
+mod ventricle_shape;
+
 mod anchors;
 mod converge;
 mod coordinates;

@@ -1,5 +1,6 @@
 //! Answers to an accuracy against solves.
 
+use crate::ventricle_shape::VentricleShape;
 use sinew_emulate::{
     Answer, Answers, Body, CaseErrors, Design, Emulator, Error, Errors, Method, Plan, Predictor,
     Record, Train, TrainingOptions, recipe::Taylor,
@@ -9,7 +10,7 @@ use sinew_energy::metrics::displacement_error;
 use sinew_energy::{Law, Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
 use sinew_fem::{FrozenStiffness, Options, Solver, sweep};
-use sinew_mesh::{TruncatedEllipsoid, VentricleShape, box_tetrahedra};
+use sinew_mesh::{TruncatedEllipsoid, box_tetrahedra};
 use std::path::Path;
 
 /// A bar that bends far, over a decade of stiffness: the expansion alone is 30 % off at the soft end.

@@ -1,11 +1,11 @@
 //! Bodies with wide ranges, limit points and buckling, for which no estimate was tuned.
 
 use crate::shapes::BeamShape;
+use crate::ventricle_shape::VentricleShape;
 use anyhow::{Context, Result};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use sinew::{Body, Case};
-use sinew_mesh::VentricleShape;
 use std::path::Path;
 
 /// Case file of ventricles, also of those of random shape.

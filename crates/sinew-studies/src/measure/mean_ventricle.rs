@@ -1,10 +1,11 @@
 //! The mean ventricle under a pressure: θ = (a, b, a_f, b_f, pressure); fibres by rule of any ventricle.
 
+use crate::ventricle_shape::VentricleShape;
 use anyhow::Result;
 use sinew_energy::laws::HolzapfelOgden;
 use sinew_energy::{Body, Law, Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
-use sinew_mesh::{AnyMesh, Field, TetMesh, VentricleShape};
+use sinew_mesh::{AnyMesh, Field, TetMesh};
 
 /// Parameters a \[kPa\], b, a_f \[kPa\] and b_f, and the pressure \[kPa\]; `fixtures/rivals/problem.py` has them, too.
 pub(super) const THETA: [f64; 5] = [0.17, 2.4, 3.0, 2.5, 0.9];

@@ -4,13 +4,14 @@ use crate::hearts;
 use crate::organs::newcomers::heart;
 use crate::program::standard_normal;
 use crate::shapes::{BeamShape, RingShape};
+use crate::ventricle_shape::VentricleShape;
 use anyhow::{Context, Result};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use sinew::case::{Exactly, FibreRule};
 use sinew::{Body, Case, Parameter};
 use sinew_emulate::Design;
-use sinew_mesh::{AnyMesh, Field, VentricleShape};
+use sinew_mesh::{AnyMesh, Field};
 use std::path::Path;
 
 #[derive(Clone, Debug)]

@@ -7,12 +7,14 @@ mod beams;
 mod coverage;
 mod ecdf;
 mod gp;
+mod modes;
 mod organs;
 mod populations;
 mod references;
 mod shapes;
 mod thesis;
 mod thesis_figures;
+mod ventricle_shape;
 mod verify;
 
 // Names that files of the studies take from their crate, where they are compiled into this program.

@@ -5,10 +5,11 @@ use crate::measure::by_size::peak_gb;
 use crate::measure::mean_ventricle::{THETA, fibres, scene};
 use crate::measure::rivals::table::{Own, Solved};
 use crate::program::cpu_seconds_of;
+use crate::ventricle_shape::VentricleShape;
 use anyhow::{Context, Result};
 use sinew_energy::Body;
 use sinew_fem::{Method, Options, Solver};
-use sinew_mesh::{AnyMesh, Mesh, VentricleShape, to_npy};
+use sinew_mesh::{AnyMesh, Mesh, to_npy};
 use sinew_num::{dot3, norm};
 use std::path::Path;
 

@@ -8,6 +8,7 @@ use crate::populations::simulated::Simulated;
 use crate::populations::stage::{Stage, shape_parameters};
 use crate::populations::variant::Inputs;
 use crate::program::cpu_seconds_of;
+use crate::ventricle_shape::VentricleShape;
 use anyhow::{Context, Result, ensure};
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
@@ -19,7 +20,6 @@ use sinew_energy::BodyArrays;
 use sinew_fem::{Options as SolverOptions, Solver};
 use sinew_gnn::Geometry;
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
-use sinew_mesh::VentricleShape;
 use std::path::Path;
 
 /// Cells through the wall, around, from apex to base: a mesh of 484 nodes, and one of 6788, the nearest to the thesis' 6784; with

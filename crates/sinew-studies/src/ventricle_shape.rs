@@ -1,7 +1,7 @@
-//! Populations of shapes: left ventricles of random size, thickness and form, that differ by a few numbers, drawn independently.
+//! Left ventricles of random size, thickness and form, that differ by a few numbers, drawn independently.
 
-use crate::{HexMesh, Mesh, Refusal, TetMesh, TruncatedEllipsoid};
 use nalgebra::{Cholesky, SMatrix, SVector, Vector3};
+use sinew_mesh::{HexMesh, Mesh, Refusal, TetMesh, TruncatedEllipsoid};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::LazyLock;
 
@@ -18,24 +18,8 @@ fn within(what: &str, value: f64, [least, most]: [f64; 2]) -> Result<(), Refusal
 /// modes are size, length, thickness and skew, then the Laplacian's eigenfunctions `J_m(k r) cos m φ` on the disk
 /// unrolled from the apex, with zero slope at the base. These move both surfaces along the normal, together or against
 /// each other. Each mode is orthogonal to those before it. The base stays in its plane.
-///
-/// ```
-/// use sinew_mesh::VentricleShape;
-///
-/// let mean = VentricleShape::new(&[])?.tetrahedra([2, 24, 12])?;
-/// let thick = VentricleShape::new(&[0.0, 0.0, 1.0])?.tetrahedra([2, 24, 12])?;
-/// assert_eq!(thick.cells, mean.cells);
-/// assert!(thick.node_sets["base"].iter().all(|&node| thick.points[node][2].abs() < 1e-12));
-/// // Inner and outer surface move by 1.5 mm against each other.
-/// let thickness = |mesh: &sinew_mesh::TetMesh| {
-///     let [endo, epi] = ["apex_endo", "apex_epi"].map(|apex| mesh.points[mesh.node_sets[apex][0]]);
-///     endo[2] - epi[2]
-/// };
-/// assert!((thickness(&thick) - thickness(&mean) - 3.0).abs() < 0.3);
-/// # Ok::<(), sinew_mesh::Refusal>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct VentricleShape {
+pub(crate) struct VentricleShape {
     /// Amplitude of every mode of the table.
     amounts: SVector<f64, { Self::NUMBERS }>,
 }
@@ -122,13 +106,13 @@ const GRID: [usize; 2] = [12, 24];
 
 impl VentricleShape {
     /// Numbers of a shape.
-    pub const NUMBERS: usize = 32;
+    pub(crate) const NUMBERS: usize = 32;
 
     /// Shape of at most [`Self::NUMBERS`] numbers; those left out are zero.
     ///
     /// # Errors
     /// More numbers, one that is not finite, or a wall that is too thin or thick, a cavity too short, long, narrow or wide.
-    pub fn new(numbers: &[f64]) -> Result<Self, Refusal> {
+    pub(crate) fn new(numbers: &[f64]) -> Result<Self, Refusal> {
         if numbers.len() > Self::NUMBERS || !numbers.iter().all(|x| x.is_finite()) {
             let (most, found) = (Self::NUMBERS, numbers.len());
             return Err(Refusal(format!(
@@ -154,7 +138,7 @@ impl VentricleShape {
     ///
     /// # Errors
     /// A wall that folds over itself, or cells that do not fit each other.
-    pub fn tetrahedra(&self, cells: [usize; 3]) -> Result<TetMesh, Refusal> {
+    pub(crate) fn tetrahedra(&self, cells: [usize; 3]) -> Result<TetMesh, Refusal> {
         let [layers, around, along] = cells;
         if layers == 0 || around == 0 || around % 8 != 0 || around >= 8 * along {
             return Err(Refusal(format!(
@@ -175,7 +159,7 @@ impl VentricleShape {
     ///
     /// # Errors
     /// As [`VentricleShape::tetrahedra`].
-    pub fn hexahedra(&self, cells: [usize; 3]) -> Result<HexMesh, Refusal> {
+    pub(crate) fn hexahedra(&self, cells: [usize; 3]) -> Result<HexMesh, Refusal> {
         self.tetrahedra(cells)?;
         Ok(self.placed(MEAN.wall(cells).hexahedra()))
     }
@@ -201,8 +185,8 @@ impl VentricleShape {
 
 fn grid() -> impl Iterator<Item = (f64, f64)> {
     let [along, around] = GRID;
-    super::grid([around, along])
-        .map(move |[j, i]| (i as f64 / (along - 1) as f64, TAU * j as f64 / around as f64))
+    let at = move |i, j| (i as f64 / (along - 1) as f64, TAU * j as f64 / around as f64);
+    (0..along).flat_map(move |i| (0..around).map(move |j| at(i, j)))
 }
 
 /// A point of the mean ventricle.

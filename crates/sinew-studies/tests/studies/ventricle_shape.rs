@@ -1,7 +1,11 @@
 //! Shapes of populations are what they are said to be.
 
+#[path = "../../src/ventricle_shape.rs"]
+mod shape;
+
 use crate::modes::ShapeModes;
-use sinew_mesh::{VentricleShape, quality};
+use shape::VentricleShape;
+use sinew_mesh::quality;
 
 /// Numbers of mean zero and variance one (Box and Muller 1958) from a generator of Park and Miller (1988).
 fn normals(seed: u64, count: usize) -> Vec<f64> {
@@ -77,4 +81,18 @@ fn ventricles_keep_their_base_and_sets() {
         assert_eq!(*base, hexahedra.node_sets["base"]);
         assert!(hexahedra.check().is_ok() && tetrahedra.check().is_ok());
     }
+}
+
+/// One standard deviation of the third number moves inner and outer surface by 1.5 mm against each other.
+#[test]
+fn the_third_number_is_the_thickness() {
+    let shape = |numbers: &[f64]| VentricleShape::new(numbers).unwrap().tetrahedra([2, 24, 12]);
+    let [mean, thick] = [&[][..], &[0.0, 0.0, 1.0]].map(|numbers| shape(numbers).unwrap());
+    assert_eq!(thick.cells, mean.cells);
+    let thickness = |mesh: &sinew_mesh::TetMesh| {
+        let [endo, epi] =
+            ["apex_endo", "apex_epi"].map(|apex| mesh.points[mesh.node_sets[apex][0]]);
+        endo[2] - epi[2]
+    };
+    assert!((thickness(&thick) - thickness(&mean) - 3.0).abs() < 0.3);
 }
