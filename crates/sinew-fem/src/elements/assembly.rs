@@ -1,56 +1,48 @@
-//! Energy, nodal forces and stiffness of a body.
+//! One pass over a body: energy, nodal forces and stiffness. Cells and patches go in shares that any thread may compute, and that are added in one order.
 
+use crate::elements::assembled::LARGE;
 use crate::elements::{
-    PatchResponse, PointState, PredictedStress, Rounding, State, Task, tangent_times, worst_cells,
+    Assembly, NodalBlocks, PatchResponse, PointState, PredictedStress, Residual, Rounding, State,
+    System, Unknowns, add_pressure, add_stiffness, complete, make_convex, replace_stress, turn,
 };
-use crate::linear::{Sparsity, facets_of, norm};
-use crate::{CellValue, Result, SolveError};
-use sinew_energy::{Body, SurfaceResponse};
-use sinew_num::{Mat3, sum};
-
-/// Π and its derivatives at one displacement, with bounds of their rounding errors.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Assembly {
-    /// Π \[stress·length³\]; +∞ where a cell is inverted.
-    pub energy: f64,
-    /// Bound on the rounding error in Π \[stress·length³\].
-    pub energy_noise: f64,
-    /// Derivative of Π in every degree of freedom; at prescribed ones it is the reaction.
-    pub gradient: Vec<f64>,
-    /// Displacement of the last assembly \[length\].
-    pub displacement: Vec<f64>,
-    /// Norm of loads and reactions \[stress·length²\], plus that of the stress at rest where they are only rounding
-    /// errors.
-    pub force_scale: f64,
-    /// Estimate of the rounding error in the norm of the gradient \[stress·length²\].
-    pub floor: f64,
-    /// Lower half of the second derivative, with one more slot for entries of prescribed degrees of freedom.
-    pub matrix: Vec<f64>,
-    /// Least volume ratio J.
-    pub least_volume_ratio: f64,
-    /// The cell that has it.
-    pub worst_cell: usize,
-    /// Displacement gradient, stress and tangent at each quadrature point.
-    pub(crate) points: Vec<PointState>,
-    /// Shared quantities of the points of each patch, if there are patches.
-    pub(crate) patches: Vec<PatchResponse>,
-    /// Whether the bulk modulus acts as a constraint on J.
-    pub(crate) nearly_incompressible: bool,
-    /// Number of tangents that lost negative eigenvalues, where they shall.
-    pub(crate) convex: Option<usize>,
-}
+use crate::linear::{Sparsity, norm};
+use sinew_energy::{Body, Frames, PressureSurface, Response, SurfaceResponse, with_nodes};
+use sinew_num::{Mat3, in_parallel, sum};
+use std::ops::Range;
 
 /// Number of roundings in a term of the energy, a dozen, rounded up.
 const ENERGY_ROUNDINGS: f64 = 16.0;
-/// Residual at equilibrium as a multiple of the estimated rounding error: measured residuals are 0.9–1.6 of it.
-const FLOOR_FACTOR: f64 = 4.0;
-/// Largest residual of rounding errors \[relative to that multiple\]. The rounding error in the displacement of a node acts in all of its cells at once, some 20
-/// tetrahedra, whose forces the estimate adds up as if they were independent: at most √20 times as much.
-const COHERENT: f64 = 4.0;
-/// Largest residual of an equilibrium \[relative to loads and reactions\], whatever the rounding errors are.
-const MOST_LEFT: f64 = 1e-6;
-/// Least strain of a body that is not at rest.
-const STRAINED: f64 = 1e-6;
+/// Quadrature points of a share: a fixed division, so that sums do not depend on the number of threads. The stiffnesses of so many tetrahedra take 40 KB.
+const SHARE: usize = 64;
+/// Shares that threads compute while those before are added.
+const AT_ONCE: usize = 64;
+
+impl System<'_> {
+    /// Evaluates the balance and its derivatives under a fraction of the loads; `predicted` as in [`Assembly::assemble`].
+    pub(crate) fn assemble(
+        &mut self,
+        at: &Unknowns,
+        theta: &[f64],
+        load_factor: f64,
+        predicted: Option<&PredictedStress>,
+    ) -> Residual {
+        let Self { body, sparsity, assembly, .. } = self;
+        let displacement = &at.displacement[..];
+        let pressure = self.coupling.as_ref().map(|c| c.at_points(&at.pressure));
+        let pressure = pressure.unwrap_or_default();
+        let state = State { displacement, theta, load_factor, pressure: &pressure };
+        assembly.assemble(body, sparsity, state, predicted);
+        let first = body.pressures.iter().map(PressureSurface::facets).sum();
+        self.followers.assemble(assembly, sparsity, first, state);
+        let mut values: Vec<f64> = sparsity.gather(&assembly.gradient).collect();
+        let force = norm(&values);
+        if let Some(coupling) = &mut self.coupling {
+            values.extend(coupling.assemble(assembly, &at.pressure));
+        }
+        let volume = norm(&values[sparsity.unknowns()..]);
+        Residual { values, force, volume }
+    }
+}
 
 /// Norm of the nodal forces of the stress at rest \[stress·length²\]: the force scale of a muscle that contracts
 /// freely, where loads and reactions are zero. Only active stress gives forces at rest.
@@ -65,18 +57,6 @@ fn forces_at_rest(body: &Body, theta: &[f64]) -> f64 {
 }
 
 impl Assembly {
-    pub(crate) fn new(sparsity: &Sparsity, body: &Body) -> Self {
-        let zeros = vec![0.0; body.prescribed.len()];
-        Self {
-            gradient: zeros.clone(),
-            displacement: zeros,
-            matrix: vec![0.0; sparsity.entries() + 1],
-            least_volume_ratio: 1.0,
-            points: vec![PointState::EMPTY; body.volumes.len()],
-            ..Self::default()
-        }
-    }
-
     /// Evaluates everything at `displacement`, under the fraction `load_factor` of the loads.
     ///
     /// `predicted` replaces the stress in the stiffness, see [`crate::elements::predicted`].
@@ -123,42 +103,9 @@ impl Assembly {
         let held = body.prescribed.iter().enumerate().filter(|(_, p)| p.is_some());
         let reactions = held.map(|(dof, _)| sparsity.frames.component(dof, &self.gradient));
         self.force_scale = loads + reactions.fold(0.0, f64::hypot);
-        if FLOOR_FACTOR * self.floor > MOST_LEFT * self.force_scale {
+        if self.is_of_rounding() {
             self.force_scale += forces_at_rest(body, state.theta);
         }
-    }
-
-    /// Whether energy, force scale and rounding errors are finite.
-    pub(crate) fn is_finite(&self) -> bool {
-        [self.energy, self.energy_noise, self.floor, self.force_scale].iter().all(|x| x.is_finite())
-    }
-
-    /// Requires that these are.
-    pub(crate) fn check(&self) -> Result<()> {
-        let cell = self.worst_cell;
-        if self.is_finite() { Ok(()) } else { Err(SolveError::Inadmissible { cell }) }
-    }
-
-    /// Residual at which an equilibrium is reached \[stress·length²\]: the rounding error, but at most [`MOST_LEFT`] of
-    /// the forces in a strained body. Forces on a body at rest may be rounding errors only.
-    pub(crate) fn tolerance(&self) -> f64 {
-        let (floor, most) = (FLOOR_FACTOR * self.floor, MOST_LEFT * self.force_scale);
-        if floor <= most || !self.is_strained() { floor } else { most }
-    }
-
-    /// Whether a residual may consist of rounding errors alone: that of a search that can go no further.
-    pub(crate) fn is_nearly_balanced(&self, force: f64) -> bool {
-        force <= (COHERENT * self.tolerance()).min(MOST_LEFT * self.force_scale)
-    }
-
-    fn is_strained(&self) -> bool {
-        let strained = |h: &Mat3<f64>| {
-            let twice = |i: usize, j: usize| {
-                h[i][j] + h[j][i] + (0..3).map(|k| h[k][i] * h[k][j]).sum::<f64>()
-            };
-            (0..9).any(|entry| twice(entry / 3, entry % 3).abs() > 2.0 * STRAINED)
-        };
-        self.displacement_gradients().any(strained)
     }
 
     /// Adds cells or patches, share by share.
@@ -245,61 +192,198 @@ impl Assembly {
         magnitude.abs() * norm(gradient)
     }
 
-    /// Adds the second derivative of Π times `direction` to `forces`, in all degrees of freedom.
-    pub(crate) fn add_stiffness_times(
-        &self,
-        body: &Body,
-        state: State,
-        direction: &[f64],
-        forces: &mut [f64],
+    /// Adds a symmetric matrix over the components of some nodes to the stiffness; `lower` gives an entry
+    /// of its lower half by row and column, `places` say where they go.
+    pub(crate) fn add_matrix(
+        &mut self,
+        frames: &Frames,
+        nodes: &[usize],
+        places: &[u32],
+        lower: impl Fn(usize, usize) -> f64,
     ) {
-        for (cell, nodes) in body.cell_nodes().enumerate() {
-            if nodes.iter().all(|&node| direction[3 * node..3 * node + 3] == [0.0; 3]) {
-                continue;
-            }
-            let first = cell * body.points_per_cell;
-            for point in first..first + body.points_per_cell {
-                let dh = body.displacement_gradient(point, direction);
-                let stress = tangent_times(&self.points[point].tangent(), &dh);
-                body.add_forces(point, &stress, forces);
-            }
-        }
-        self.patches.iter().for_each(|patch| patch.add_common_product(direction, forces));
-        for spring in &body.springs {
-            spring.value_and_add_gradient(direction, forces);
-        }
-        let mut response = SurfaceResponse::default();
-        for (surface, facet, nodes) in facets_of(&body.pressures) {
-            let magnitude = state.load_factor * surface.magnitude.value(state.theta);
-            surface.facet_response(facet, state.displacement, &mut response);
-            add_product(nodes, magnitude, &response.hessian, direction, forces);
-        }
-    }
-
-    /// Displacement gradient at each quadrature point in the assembled state.
-    pub(crate) fn displacement_gradients(&self) -> impl Iterator<Item = &Mat3<f64>> {
-        self.points.iter().map(|point| &point.h)
-    }
-
-    /// The cells of least J in the assembled state.
-    pub(crate) fn worst_cells(&self, points_per_cell: usize) -> Vec<CellValue> {
-        let ratios: Vec<_> =
-            self.displacement_gradients().map(|h| 1.0 + h.volume_change()).collect();
-        worst_cells(&ratios, points_per_cell)
+        let rows = 0..3 * nodes.len();
+        let entries = rows.flat_map(|row| (0..=row).map(move |column| (row, column)));
+        let mut half: Vec<f64> = entries.map(|(row, column)| lower(row, column)).collect();
+        turn(frames, nodes, &mut half);
+        places.iter().zip(half).for_each(|(&place, entry)| self.matrix[place as usize] += entry);
     }
 }
 
-/// Adds the derivative of the forces on a facet times `direction` to `forces`.
-pub(crate) fn add_product(
-    nodes: &[usize],
-    magnitude: f64,
-    hessian: &[f64],
-    direction: &[f64],
-    forces: &mut [f64],
-) {
-    let place = |local: usize| 3 * nodes[local / 3] + local % 3;
-    for (row, entries) in hessian.chunks(3 * nodes.len()).enumerate() {
-        let sum: f64 = entries.iter().enumerate().map(|(c, k)| k * direction[place(c)]).sum();
-        forces[place(row)] += magnitude * sum;
+/// Sums over a share.
+#[derive(Default)]
+pub(crate) struct Share {
+    /// Cells, or patches if there are any.
+    pub parts: Range<usize>,
+    pub energy: f64,
+    pub rounding: Rounding,
+    /// Least volume ratio J of cells, and the one that has it.
+    pub least: Option<(f64, usize)>,
+    /// Number of tangents that lost negative eigenvalues.
+    pub convex: usize,
+    /// Force on each node, cell by cell, or point by point of each patch.
+    pub forces: Vec<[f64; 3]>,
+    /// Lower halves of the stiffnesses, row by row, along the nodes' frames.
+    pub lower: Vec<f64>,
+    /// Patches with their points, whose tangents are still those of the law; fewer than `parts` where one has an inverted cell.
+    pub patches: Vec<(PatchResponse, Vec<PointState>)>,
+}
+
+impl Share {
+    /// Empties it for other parts, and keeps its memory.
+    fn begin(&mut self, parts: Range<usize>) {
+        self.lower.clear();
+        self.rounding.forces.clear();
+        self.forces.clear();
+        self.patches.clear();
+        let Self { forces, lower, patches, rounding, .. } = std::mem::take(self);
+        let rounding = Rounding { energy: 0.0, ..rounding };
+        *self = Self { parts, forces, lower, patches, rounding, ..Self::default() };
     }
+}
+
+/// State and stiffness that are asked for.
+#[derive(Clone, Copy)]
+pub(crate) struct Task<'a> {
+    pub body: &'a Body,
+    pub state: State<'a>,
+    /// Stress that replaces the present one in the stiffness.
+    pub predicted: Option<&'a PredictedStress>,
+    pub nearly_incompressible: bool,
+    /// Whether tangents lose their negative eigenvalues.
+    pub convex: bool,
+}
+
+impl Task<'_> {
+    /// Computes all shares, and hands them to `add` in their order. Writes the points of cells, but not those of patches.
+    pub(crate) fn run(self, points: &mut [PointState], mut add: impl FnMut(&mut Share) + Send) {
+        let Self { body, .. } = self;
+        let large = body.volumes.len() >= LARGE && rayon::current_num_threads() > 1;
+        let (parts, plain) = match body.patches.len() {
+            0 => (body.cells.len() / body.nodes_per_cell, true),
+            patches => (patches, false),
+        };
+        let most = (SHARE * parts / body.volumes.len().max(1)).max(1);
+        let mut rest = points;
+        let own = |first: usize| {
+            let parts = first..parts.min(first + most);
+            let size = if plain { parts.len() * body.points_per_cell } else { 0 };
+            let (own, others) = std::mem::take(&mut rest).split_at_mut(size);
+            rest = others;
+            (parts, own)
+        };
+        let mut shares: Vec<_> = (0..parts).step_by(most).map(own).collect();
+        let compute = |(parts, points): &mut (Range<usize>, &mut [PointState]),
+                       share: &mut Share| {
+            share.begin(parts.clone());
+            with_nodes!(body.nodes_per_cell, N => match plain {
+                true => self.cells::<N>(points, share),
+                false => self.patches::<N>(share),
+            });
+        };
+        let (mut next, mut before) = (Vec::new(), Vec::<Share>::new());
+        let at_once = if large { AT_ONCE } else { 1 };
+        for batch in shares.chunks_mut(at_once) {
+            next.resize_with(batch.len(), Share::default);
+            let tasks = batch.iter_mut().zip(&mut next);
+            let compute = || in_parallel(tasks, |(parts, share)| compute(parts, share));
+            let mut add = || before.iter_mut().for_each(&mut add);
+            if large {
+                rayon::join(compute, add);
+            } else {
+                compute();
+                add();
+            }
+            std::mem::swap(&mut next, &mut before);
+        }
+        before.iter_mut().for_each(add);
+    }
+
+    /// The tangent that the stiffness is built from.
+    fn adapt(self, point: usize, h: &Mat3<f64>, response: &mut Response) -> usize {
+        let Response { stress, tangent, .. } = response;
+        if let Some(predicted) = self.predicted {
+            replace_stress(tangent, h, stress, &predicted[point], self.nearly_incompressible);
+        }
+        usize::from(self.convex && make_convex(tangent))
+    }
+
+    fn cells<const N: usize>(self, points: &mut [PointState], share: &mut Share) {
+        let Self { body, state: State { displacement, theta, pressure, .. }, .. } = self;
+        let parameters = body.law_parameters(theta);
+        let shapes = body.shape_gradients.as_chunks::<N>().0;
+        let cells = &body.cells.as_chunks::<N>().0[share.parts.clone()];
+        share.forces.reserve(cells.len() * N);
+        share.lower.reserve(cells.len() * 3 * N * (3 * N + 1) / 2);
+        let of_cells = points.chunks_mut(body.points_per_cell);
+        for ((cell, nodes), points) in share.parts.clone().zip(cells).zip(of_cells) {
+            let motion = motion_of(nodes, displacement);
+            let mut blocks: NodalBlocks<N> = [[[[0.0; 3]; N]; 3]; N];
+            let mut forces = [[0.0; 3]; N];
+            for (point, slot) in (cell * body.points_per_cell..).zip(points) {
+                let (shape, volume) = (&shapes[point], body.volumes[point]);
+                let h = body.displacement_gradient(point, displacement);
+                let mut response = body.material.response(point, parameters, &h);
+                if let Some(&pressure) = pressure.get(point) {
+                    add_pressure(&mut response, &h, pressure);
+                }
+                let ratio = 1.0 + h.volume_change();
+                if share.least.is_none_or(|(least, _)| ratio < least) {
+                    share.least = Some((ratio, cell));
+                }
+                share.energy += volume * response.energy;
+                for (force, g) in forces.iter_mut().zip(shape) {
+                    for i in 0..3 {
+                        let sum: f64 = (0..3).map(|j| response.stress[i][j] * g[j]).sum();
+                        force[i] += volume * sum;
+                    }
+                }
+                share.rounding.add_cell(shape, volume, motion, (&h, &response), 0.0);
+                *slot = PointState::new(&h, &response);
+                share.convex += self.adapt(point, &h, &mut response);
+                add_stiffness(&response.tangent, shape, volume, &mut blocks);
+            }
+            complete(&mut blocks);
+            share.forces.extend(forces);
+            let first = share.lower.len();
+            for row in 0..3 * N {
+                share.lower.extend_from_slice(&blocks[row / 3][row % 3].as_flattened()[..=row]);
+            }
+            turn(&body.frames, nodes, &mut share.lower[first..]);
+        }
+    }
+
+    fn patches<const N: usize>(self, share: &mut Share) {
+        let Self { body, state: State { displacement, theta, .. }, .. } = self;
+        let parameters = body.law_parameters(theta);
+        for points in &body.patches[share.parts.clone()] {
+            let found = PatchResponse::new(body, points, displacement, parameters);
+            let Some((patch, mut responses)) = found else {
+                share.energy = f64::INFINITY;
+                return;
+            };
+            share.energy += patch.energy;
+            let common = patch.common_stiffness(body, points);
+            let of_law =
+                responses.iter().map(|(h, response)| PointState::new(h, response)).collect();
+            for (&point, (h, response)) in points.iter().zip(&mut responses) {
+                let (nodes, shape) = (body.nodes_of_point(point), body.shape_of_point(point));
+                let (motion, volume) = (motion_of(nodes, displacement), body.volumes[point]);
+                let force = |g: &[f64; 3]| response.stress.apply(g).map(|force| volume * force);
+                share.forces.extend(shape.iter().map(force));
+                share.rounding.add_cell(shape, volume, motion, (h, response), common);
+                share.convex += self.adapt(point, h, response);
+            }
+            let tangents = responses.iter().map(|(_, response)| response.tangent);
+            let mut lower = patch.stiffness::<N>(body, points, tangents);
+            turn(&body.frames, &patch.nodes, &mut lower);
+            share.lower.append(&mut lower);
+            share.patches.push((patch, of_law));
+        }
+    }
+}
+
+/// Largest displacement component of some nodes.
+fn motion_of(nodes: &[usize], displacement: &[f64]) -> f64 {
+    let components = nodes.iter().flat_map(|&node| &displacement[3 * node..3 * node + 3]);
+    components.fold(0.0, |m: f64, u| m.max(u.abs()))
 }

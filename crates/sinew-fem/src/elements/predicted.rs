@@ -6,11 +6,12 @@
 //!
 //! Nearly incompressible bodies keep their pressure; the ratio of their moduli at rest tells them.
 
-use crate::elements::{
-    Assembly, PredictedStress, at_points, inverse, product, tangent_times, third,
-};
+use crate::elements::{Assembly, at_points, inverse, product, tangent_times};
 use sinew_energy::Body;
 use sinew_num::Mat3;
+
+/// Second Piola–Kirchhoff stress at each quadrature point as Newton's linear model foresees it.
+pub(crate) type PredictedStress = Vec<Mat3<f64>>;
 
 impl Assembly {
     /// The second Piola–Kirchhoff stress at each point.
@@ -114,4 +115,39 @@ const NEARLY_INCOMPRESSIBLE: f64 = 60.0;
 /// Whether K/μ at rest is so large that the bulk modulus acts as a constraint on J.
 pub(crate) fn is_nearly_incompressible(body: &Body, theta: &[f64]) -> bool {
     bulk_to_shear(body, theta).is_some_and(|ratio| ratio > NEARLY_INCOMPRESSIBLE)
+}
+
+/// `S : C / 3`: pJ for the stress `p J C⁻¹` of a pressure p.
+fn third(f: &Mat3<f64>, stress: impl Fn(usize, usize) -> f64) -> f64 {
+    let strain = |j: usize, l: usize| (0..3).map(|k| f[k][j] * f[k][l]).sum::<f64>();
+    (0..9).map(|at| stress(at / 3, at % 3) * strain(at / 3, at % 3)).sum::<f64>() / 3.0
+}
+
+/// Puts the predicted stress into the geometric part `δ_ik S_jl` of a tangent. In a nearly incompressible body its pressure enters as `p ∂²J/∂F²`,
+/// because the actual pressure contains the error in J times the bulk modulus.
+pub(crate) fn replace_stress(
+    tangent: &mut [[f64; 9]; 9],
+    h: &Mat3<f64>,
+    stress: &Mat3<f64>,
+    with: &Mat3<f64>,
+    nearly_incompressible: bool,
+) {
+    let (f, inverse) = (h.plus_identity(), inverse(h));
+    let present = product(&inverse, stress);
+    let change = Mat3::from_fn(|j, l| {
+        0.5 * (with[j][l] + with[l][j]) - 0.5 * (present[j][l] + present[l][j])
+    });
+    let mut pressure = 0.0;
+    if nearly_incompressible {
+        pressure = third(&f, |j, l| change[j][l]);
+        f.add_second_of_determinant(pressure / (1.0 + h.volume_change()), tangent);
+    }
+    for j in 0..3 {
+        for l in 0..3 {
+            let of_pressure = (0..3).map(|k| inverse[j][k] * inverse[l][k]).sum::<f64>();
+            for i in 0..3 {
+                tangent[3 * i + j][3 * i + l] += change[j][l] - pressure * of_pressure;
+            }
+        }
+    }
 }

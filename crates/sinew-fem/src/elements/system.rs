@@ -2,10 +2,10 @@
 //! supports along the coordinate axes or the axes of a node's own frame.
 
 use crate::diagnose::rigid::check_supports;
-use crate::elements::{Assembly, Coupling, PredictedStress, State, add_product, turn};
-use crate::linear::{Aggregation, Factor, Method, Sparsity, facets_of, norm};
+use crate::elements::{Assembly, Coupling, State, add_product};
+use crate::linear::{Aggregation, Factor, Method, Sparsity, facets_of};
 use crate::{Result, SolveError};
-use sinew_energy::{Body, BodyArrays, Frames, PressureSurface, SurfaceResponse};
+use sinew_energy::{Body, BodyArrays, PressureSurface, SurfaceResponse};
 use sinew_num::{Mat3, dot3};
 use std::sync::Arc;
 
@@ -98,31 +98,6 @@ impl<'p> System<'p> {
     pub(crate) fn rest(&self) -> Unknowns {
         let displacement = vec![0.0; self.body.prescribed.len()];
         Unknowns { displacement, pressure: vec![0.0; self.pressures()] }
-    }
-
-    /// Evaluates the balance and its derivatives under a fraction of the loads; `predicted` as in [`Assembly::assemble`].
-    pub(crate) fn assemble(
-        &mut self,
-        at: &Unknowns,
-        theta: &[f64],
-        load_factor: f64,
-        predicted: Option<&PredictedStress>,
-    ) -> Residual {
-        let Self { body, sparsity, assembly, .. } = self;
-        let displacement = &at.displacement[..];
-        let pressure = self.coupling.as_ref().map(|c| c.at_points(&at.pressure));
-        let pressure = pressure.unwrap_or_default();
-        let state = State { displacement, theta, load_factor, pressure: &pressure };
-        assembly.assemble(body, sparsity, state, predicted);
-        let first = body.pressures.iter().map(PressureSurface::facets).sum();
-        self.followers.assemble(assembly, sparsity, first, state);
-        let mut values: Vec<f64> = sparsity.gather(&assembly.gradient).collect();
-        let force = norm(&values);
-        if let Some(coupling) = &mut self.coupling {
-            values.extend(coupling.assemble(assembly, &at.pressure));
-        }
-        let volume = norm(&values[sparsity.unknowns()..]);
-        Residual { values, force, volume }
     }
 
     /// Reference volume of the body.
@@ -308,22 +283,4 @@ pub(crate) fn held_part(body: &Body, node: usize, vector: [f64; 3]) -> [f64; 3] 
         (0..3).for_each(|k| part[k] += along * axis[k]);
     }
     part
-}
-
-impl Assembly {
-    /// Adds a symmetric matrix over the components of some nodes to the stiffness; `lower` gives an entry
-    /// of its lower half by row and column, `places` say where they go.
-    pub(crate) fn add_matrix(
-        &mut self,
-        frames: &Frames,
-        nodes: &[usize],
-        places: &[u32],
-        lower: impl Fn(usize, usize) -> f64,
-    ) {
-        let rows = 0..3 * nodes.len();
-        let entries = rows.flat_map(|row| (0..=row).map(move |column| (row, column)));
-        let mut half: Vec<f64> = entries.map(|(row, column)| lower(row, column)).collect();
-        turn(frames, nodes, &mut half);
-        places.iter().zip(half).for_each(|(&place, entry)| self.matrix[place as usize] += entry);
-    }
 }

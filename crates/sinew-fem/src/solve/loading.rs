@@ -2,10 +2,128 @@
 //! Nearly incompressible bodies are also reached through one with a smaller bulk modulus.
 
 use crate::elements::Unknowns;
-use crate::solve::{Equilibrium, FIRST_GRADIENT, FIRST_STEP, Goal, Path, Point};
-use crate::{Advice, LoadSteps, Result};
+use crate::linear::{difference, norm};
+use crate::solve::{Equilibrium, FIRST_GRADIENT, FIRST_STEP, Goal, Path, Point, Progress};
+use crate::{Advice, Line, LoadSteps, Options, Result, Solution, Solver};
 use sinew_energy::Body;
 use std::ops::Range;
+use std::time::Instant;
+
+/// Largest difference of two displacements of the same equilibrium [relative to their norm]: rounding errors, amplified
+/// by an ill-conditioned stiffness.
+const SAME: f64 = 1e-4;
+/// Residuals that tell branches apart, on the way and at the end; to rounding errors a path takes twice the time.
+const ON_THE_WAY: f64 = 1e-3;
+const AT_THE_END: f64 = 1e-8;
+
+impl Solver<'_> {
+    /// The equilibrium for θ, starting from the reference configuration.
+    ///
+    /// # Errors
+    /// θ that makes no sense, or [`SolveError::NotConverged`].
+    #[doc(alias("Newton-Raphson", "line search"))]
+    pub fn solve(&mut self, theta: &[f64], options: &Options) -> Result<Solution> {
+        let rest = self.system.rest();
+        self.solve_told(rest, theta, options, &mut |_| ())
+    }
+
+    /// The equilibrium for θ, starting from a displacement \[length\] that should be near it.
+    ///
+    /// When the search from there fails, loads and prescribed motions are raised step by step from rest. A field of pressure begins at zero; see
+    /// [`Solver::solve_near`].
+    ///
+    /// # Errors
+    /// As for [`Solver::solve`], and an initial displacement of the wrong length or that is not finite.
+    pub fn solve_from(
+        &mut self,
+        initial: &[f64],
+        theta: &[f64],
+        options: &Options,
+    ) -> Result<Solution> {
+        let from = self.at(initial, theta)?;
+        self.solve_told(from, theta, options, &mut |_| ())
+    }
+
+    /// The equilibrium for θ, starting from another one with its field of pressure; step by step from rest where that fails.
+    ///
+    /// # Errors
+    /// As for [`Solver::solve`], and a solution of another body.
+    pub fn solve_near(
+        &mut self,
+        near: &Solution,
+        theta: &[f64],
+        options: &Options,
+    ) -> Result<Solution> {
+        let from = self.checked(near, theta)?;
+        self.solve_told(from, theta, options, &mut |_| ())
+    }
+
+    /// The equilibrium under loads and prescribed motions that rise slowly from rest, if it differs from `solution`. Of
+    /// several stable equilibria, the whole load at once may find one that a rising load does not. Costs a solve by
+    /// load steps, to smaller accuracy; `watch` is called with each state that the iteration comes to.
+    ///
+    /// # Errors
+    /// As for [`Solver::solve`], and a solution of another body.
+    pub fn under_rising_load(
+        &mut self,
+        solution: &Solution,
+        options: &Options,
+        watch: &mut impl FnMut(&Progress<'_>),
+    ) -> Result<Option<Solution>> {
+        self.checked(solution, &solution.theta)?;
+        let mut options = Options { load_steps: LoadSteps::Always, ..*options };
+        if self.body().has_potential() {
+            options.accuracy = ON_THE_WAY;
+            options.minimum_accuracy = options.minimum_accuracy.max(AT_THE_END);
+        }
+        let risen = self.solve_watched(&solution.theta, &options, watch)?;
+        let apart = norm(&difference(&risen.displacement, &solution.displacement));
+        let size = norm(&risen.displacement).max(norm(&solution.displacement));
+        Ok((apart > SAME * size).then_some(risen))
+    }
+
+    /// Solves as [`Solver::solve`] does; `watch` is called with each state that the iteration comes to.
+    ///
+    /// ```no_run
+    /// # fn f(solver: &mut sinew_fem::Solver) -> Result<(), sinew_fem::SolveError> {
+    /// use sinew_fem::{Options, Progress};
+    /// let mut watch = |state: &Progress| eprintln!("{}", state.in_words());
+    /// solver.solve_watched(&[75.0, 75.0], &Options::default(), &mut watch)?;
+    /// # Ok(()) }
+    /// ```
+    ///
+    /// # Errors
+    /// As for [`Solver::solve`].
+    pub fn solve_watched(
+        &mut self,
+        theta: &[f64],
+        options: &Options,
+        watch: &mut impl FnMut(&Progress<'_>),
+    ) -> Result<Solution> {
+        let rest = self.system.rest();
+        self.solve_told(rest, theta, options, watch)
+    }
+
+    fn solve_told(
+        &mut self,
+        from: Unknowns,
+        theta: &[f64],
+        options: &Options,
+        tell: &mut dyn FnMut(&Progress<'_>),
+    ) -> Result<Solution> {
+        let (start, watch) = (Instant::now(), self.watch);
+        let mut tell = |state: &Progress<'_>| {
+            watch.iter().for_each(|watch| watch(state));
+            tell(state);
+        };
+        self.system.body.check_theta(theta)?;
+        let mut path = Path::from_rest(&mut self.system, Line::of_loads(theta), options);
+        path.log.watch = Some(&mut tell);
+        let found = path.run(from)?;
+        let (at, history) = (path.line.at(found.0.place), path.log.take());
+        Ok(Solution::new(&self.system, found, at, history, start))
+    }
+}
 
 /// Change of a displacement gradient under the whole load, by the linear model, above which a balance without a
 /// potential starts with load increments: beams under a pressure with a loose rim lose five iterations otherwise.
