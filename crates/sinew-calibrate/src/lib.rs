@@ -27,7 +27,7 @@
 //! let stiffness = Unknown::new("k", "N/mm", Prior::LogUniform { range: [0.5, 50.0] });
 //! let datum = Datum::new("elongation", "length", 0, 2.0, 0.1);
 //! let problem = Problem::new(vec![stiffness], vec![datum], Vec::new())?;
-//! let mut solves = Solves::new(&Spring, Box::new(|_stage, _done, _of| ()));
+//! let mut solves = Solves::new(&Spring);
 //! let posterior = calibrate(&problem, &mut solves, &CalibrateOptions::default())?;
 //! let stiffness = posterior.summary(0);
 //! assert!((stiffness.mean - 5.0).abs() < 0.1 && (stiffness.deviation - 0.25).abs() < 0.05);

@@ -2,19 +2,17 @@
 
 use crate::fault::Result;
 use crate::{CalibrateError, Forward, ForwardError, Observed};
+use sinew_emulate::{Observer, Progress};
 use sinew_num::in_parallel;
 use std::collections::{HashMap, HashSet};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 /// Observables at one θ, or a reason why there are none.
 pub type Answer = Result<Observed, ForwardError>;
-/// Callback with the stage, the solves done and the solves to do.
-pub(crate) type Told<'t> = dyn FnMut(&str, usize, usize) + Send + 't;
 
 /// Solves in one call to the thread pool: enough for many cores, few enough to tell of progress.
 const AT_ONCE: usize = 16;
@@ -24,27 +22,31 @@ pub struct Solves<'f> {
     pub(crate) forward: &'f dyn Forward,
     found: HashMap<Vec<u64>, Answer>,
     file: Option<Mutex<File>>,
-    told: Box<Told<'f>>,
+    /// Receives the progress of each stage; where it breaks, the calibration ends with an error.
+    pub observer: Option<&'f mut dyn Observer>,
+    stopped: bool,
+    /// The stage under way, its solves at the start, and when that was.
+    stage: (String, usize, Instant),
     started: Instant,
     /// Time after which it ends with an error.
     pub budget: Option<Duration>,
-    /// Flag that ends it with an error.
-    pub stopped: Arc<AtomicBool>,
     /// Answers that were asked for, those of a file included.
     asked: HashSet<Vec<u64>>,
 }
 
 impl<'f> Solves<'f> {
-    /// Empty memory of solves. `told` is called with the stage, the solves done and the solves to do.
-    pub fn new(forward: &'f dyn Forward, told: Box<Told<'f>>) -> Self {
+    /// Empty memory of solves.
+    pub fn new(forward: &'f dyn Forward) -> Self {
+        let started = Instant::now();
         Self {
             forward,
             found: HashMap::new(),
             file: None,
-            told,
-            started: Instant::now(),
+            observer: None,
+            stopped: false,
+            stage: (String::new(), 0, started),
+            started,
             budget: None,
-            stopped: Arc::default(),
             asked: HashSet::new(),
         }
     }
@@ -133,7 +135,7 @@ impl<'f> Solves<'f> {
         let new: Vec<usize> = (0..keys.len()).filter(is_new).collect();
         let mut done = thetas.len() - new.len();
         for chunk in new.chunks(AT_ONCE) {
-            (self.told)(stage, done, thetas.len());
+            self.tell(stage, done, thetas.len());
             self.in_time(stage)?;
             let (forward, file) = (self.forward, self.file.as_ref());
             let solve = |&place: &usize| {
@@ -147,15 +149,31 @@ impl<'f> Solves<'f> {
             self.found.extend(in_parallel(chunk, solve));
             done += chunk.len();
         }
-        (self.told)(stage, thetas.len(), thetas.len());
+        self.tell(stage, thetas.len(), thetas.len());
         self.asked.extend(keys.iter().cloned());
         Ok(keys.iter().map(|key| self.found[key].clone()).collect())
     }
 
+    fn tell(&mut self, stage: &str, done: usize, of: usize) {
+        let Some(observer) = &mut self.observer else { return };
+        let (current, first, clock) = &mut self.stage;
+        // A stage ends when the next one begins.
+        if current != stage {
+            if !current.is_empty() {
+                observer.finished(current, "done", clock.elapsed().as_secs_f64());
+            }
+            (*current, *first, *clock) = (stage.into(), done, Instant::now());
+        }
+        let pace = clock.elapsed().as_secs_f64() / (done - done.min(*first)) as f64;
+        let (fraction, seconds_left) = (done as f64 / of.max(1) as f64, pace * (of - done) as f64);
+        let progress = Progress { stage, fraction, seconds_left, message: "" };
+        self.stopped |= observer.progress(&progress).is_break();
+    }
+
     fn in_time(&self, stage: &str) -> Result<()> {
-        let (stopped, solves) = (self.stopped.load(Ordering::Relaxed), self.count());
+        let solves = self.count();
         let why = match self.budget {
-            _ if stopped => format!("interrupted during {stage}, after {solves} solves"),
+            _ if self.stopped => format!("interrupted during {stage}, after {solves} solves"),
             Some(budget) if self.started.elapsed() > budget => format!(
                 "the budget of {} s is over during {stage}, after {solves} solves; go on with --resume and a larger --budget",
                 budget.as_secs_f64()

@@ -4,9 +4,9 @@ use crate::case::NativeCase;
 use crate::errors::{Result, said};
 use crate::relay;
 use pyo3::prelude::*;
-use sinew::calibrate::{Verdict, calibrate as sampled, check_identifiability};
+use sinew::calibrate::{Solves, Verdict, calibrate as sampled, check_identifiability};
 use sinew::calibration::{
-    ahead_in_words, arviz, in_words, kept, observed, setting_in_words, too_stiff, written,
+    ahead_in_words, arviz, in_words, kept, setting_in_words, too_stiff, written,
 };
 use sinew::report::Provenance;
 use sinew::{Case, PatientFile, theta_of};
@@ -33,7 +33,8 @@ pub(crate) fn calibrate(
         let patient = prepared.patient()?;
         let mut options = file.options();
         options.seed = seed.unwrap_or(options.seed);
-        let mut solves = observed(&patient, observer);
+        let mut solves = Solves::new(&patient);
+        solves.observer = Some(observer);
         solves.budget = budget.map(duration);
         if let Some(folder) = &folder {
             solves = kept(solves, folder, &file, &prepared, again)?;
@@ -79,7 +80,8 @@ pub(crate) fn check_calibration(
         let file = PatientFile::of(case)?;
         let prepared = file.prepare()?;
         let patient = prepared.patient()?;
-        let mut solves = observed(&patient, observer);
+        let mut solves = Solves::new(&patient);
+        solves.observer = Some(observer);
         solves.budget = budget.map(duration);
         let problem = &prepared.problem;
         let (mode, seen) = check_identifiability(problem, &mut solves)?;

@@ -9,46 +9,11 @@ use crate::patient::Prepared;
 pub use check::{ahead_in_words, setting_in_words};
 pub use folder::{SOLVES, kept, remove_results, written};
 pub use page::{report, too_stiff};
-use sinew_calibrate::{Forward, Identified, Klotz, Observable, Posterior, Solves};
-use sinew_emulate::{Observer, Progress};
+use sinew_calibrate::{Forward as _, Identified, Klotz, Observable, Posterior};
 use sinew_num::in_parallel;
 use sinew_report::format::digits;
 use sinew_sample::{ArvizDict, quantile};
 use std::fmt::Write;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
-
-/// Solves whose progress an observer is told, and which end when it breaks.
-pub fn observed<'f>(forward: &'f dyn Forward, observer: &'f mut dyn Observer) -> Solves<'f> {
-    let stopped = Arc::new(AtomicBool::new(false));
-    let stop = stopped.clone();
-    let mut current = String::new();
-    let (mut first, mut clock) = (0, Instant::now());
-    let told = move |stage: &str, done: usize, of: usize| {
-        // A stage ends when the next one begins.
-        if current != stage {
-            if !current.is_empty() {
-                observer.finished(&current, "done", clock.elapsed().as_secs_f64());
-            }
-            current = stage.to_string();
-            (first, clock) = (done, Instant::now());
-        }
-        let pace = clock.elapsed().as_secs_f64() / (done - first.min(done)) as f64;
-        let progress = Progress {
-            stage,
-            fraction: done as f64 / of.max(1) as f64,
-            seconds_left: pace * (of - done) as f64,
-            message: "",
-        };
-        if observer.progress(&progress).is_break() {
-            stop.store(true, Ordering::Relaxed);
-        }
-    };
-    let mut solves = Solves::new(forward, Box::new(told));
-    solves.stopped = stopped;
-    solves
-}
 
 /// Groups of draws for arviz, in the units that people read: parameters, volumes in all states, data.
 pub fn arviz(prepared: &Prepared, posterior: &Posterior) -> ArvizDict {

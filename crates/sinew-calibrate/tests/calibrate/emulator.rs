@@ -38,7 +38,7 @@ fn round(design: usize, degree: usize) -> Correction {
     let data =
         vec![Datum::new("cubic", "length", 0, 0.0, 0.3), Datum::new("line", "length", 1, 2.0, 0.3)];
     let problem = Problem::new(unknowns, data, Vec::new()).unwrap();
-    let mut solves = Solves::new(&Cubic, Box::new(|_, _, _| ()));
+    let mut solves = Solves::new(&Cubic);
     let options = CalibrateOptions { starts: 1, rounds: 1, design, degree, ..Default::default() };
     match calibrate(&problem, &mut solves, &options) {
         Ok(posterior) => posterior.correction,

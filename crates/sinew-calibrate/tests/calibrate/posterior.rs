@@ -9,9 +9,10 @@ use sinew_calibrate::{
     CalibrateError, CalibrateOptions, Datum, Forward, ForwardError, Identified, Kind, Observed,
     Posterior, Prior, Problem, Solves, Unknown, Verdict, calibrate, check_identifiability,
 };
+use sinew_emulate::{Observer, Progress};
 use sinew_sample::{quantile, standard_normals};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::ops::ControlFlow;
+use std::sync::OnceLock;
 
 /// Volume in the image \[mL\] and pressure there \[kPa\].
 const IMAGE: [f64; 2] = [120.0, 1.0];
@@ -113,7 +114,7 @@ fn run_with(
     options: &CalibrateOptions,
 ) -> Result<Posterior, CalibrateError> {
     let problem = Problem::new(unknowns(), data, kinds)?;
-    calibrate(&problem, &mut Solves::new(&Sphere, Box::new(|_, _, _| ())), options)
+    calibrate(&problem, &mut Solves::new(&Sphere), options)
 }
 
 fn run(data: Vec<Datum>) -> Posterior {
@@ -360,8 +361,7 @@ fn a_run_that_was_killed_goes_on_to_the_same_bits() {
     let path = folder.path().join("solves.csv");
     let problem = Problem::new(unknowns(), data(3, 1.0), Vec::new()).unwrap();
     let options = CalibrateOptions::default();
-    let solves =
-        |resume| Solves::new(&Sphere, Box::new(|_, _, _| ())).kept_in(&path, "sphere", resume);
+    let solves = |resume| Solves::new(&Sphere).kept_in(&path, "sphere", resume);
     let whole = calibrate(&problem, &mut solves(false).unwrap(), &options).unwrap();
     // Killed in the middle of a line.
     let text = std::fs::read_to_string(&path).unwrap();
@@ -389,19 +389,24 @@ fn a_run_that_was_killed_goes_on_to_the_same_bits() {
         assert!(error.contains("another run keeps its solves here"), "{error}");
     }
     drop(first);
-    let other = Solves::new(&Sphere, Box::new(|_, _, _| ())).kept_in(&path, "cube", true);
+    let other = Solves::new(&Sphere).kept_in(&path, "cube", true);
     assert!(other.err().unwrap().to_string().contains("another patient"));
 }
 
+/// Breaks after the first solves.
+struct Impatient;
+impl Observer for Impatient {
+    fn progress(&mut self, progress: &Progress<'_>) -> ControlFlow<()> {
+        if progress.fraction > 0.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
 #[test]
-fn a_flag_ends_a_calibration() {
+fn an_observer_ends_a_calibration() {
     let problem = Problem::new(unknowns(), data(3, 1.0), Vec::new()).unwrap();
-    let stopped = Arc::new(AtomicBool::new(false));
-    let flag = stopped.clone();
-    // After the first solves.
-    let told = move |_: &str, done: usize, _: usize| flag.store(done > 0, Ordering::Relaxed);
-    let mut solves = Solves::new(&Sphere, Box::new(told));
-    solves.stopped = stopped;
+    let mut impatient = Impatient;
+    let mut solves = Solves::new(&Sphere);
+    solves.observer = Some(&mut impatient);
     let error = calibrate(&problem, &mut solves, &CalibrateOptions::default()).unwrap_err();
     assert!(matches!(error, CalibrateError::NoPosterior(_)), "{error}");
     assert!(error.to_string().starts_with("interrupted during "), "{error}");

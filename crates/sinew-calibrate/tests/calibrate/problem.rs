@@ -65,7 +65,7 @@ fn solves_are_read_back_to_the_bit() {
     // Answers, and the number of solves that were not in the file.
     let answers = |thetas: &[Vec<f64>]| -> (Vec<Answer>, usize) {
         let model = Numbers::default();
-        let solves = Solves::new(&model, Box::new(|_, _, _| ())).kept_in(&path, "numbers", true);
+        let solves = Solves::new(&model).kept_in(&path, "numbers", true);
         let answers = solves.unwrap().at("test", thetas, true).unwrap();
         (answers, model.solves.load(Ordering::Relaxed))
     };

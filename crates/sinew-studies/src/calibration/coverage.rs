@@ -88,7 +88,7 @@ fn calibrated(
     let mut settings = patient.file.options();
     settings.seed = split_seed(options.seed, number);
     settings.draws = DRAWS;
-    let mut solves = Solves::new(model, Box::new(|_, _, _| ()));
+    let mut solves = Solves::new(model);
     let posterior = match calibrate(&prepared.problem, &mut solves, &settings) {
         Ok(posterior) => posterior,
         Err(error) => return Ok(Err(error.to_string())),

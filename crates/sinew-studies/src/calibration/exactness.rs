@@ -63,7 +63,7 @@ pub(super) fn importance(options: &Options) -> Result<Section> {
         let problem = &prepared.problem;
         let at = options.out.join(format!("importance-{number}.json"));
         let reference = program::kept(&at, options.resume, || {
-            let mut search = Solves::new(&model, Box::new(|_, _, _| ()));
+            let mut search = Solves::new(&model);
             let (mode, _) = check_identifiability(problem, &mut search)?;
             Reference::importance(problem, &model, &mode, solves, options.seed)
         })?;
@@ -101,7 +101,7 @@ fn compared(
     settings: &CalibrateOptions,
     reference: &Reference,
 ) -> Result<Vec<Cell>> {
-    let mut solves = Solves::new(model, Box::new(|_, _, _| ()));
+    let mut solves = Solves::new(model);
     let (name, distance, c) = match calibrate(&prepared.problem, &mut solves, settings) {
         Ok(found) => (name.to_string(), reference.distance(&found), found.correction),
         Err(CalibrateError::Unconfirmed(c)) => (format!("{name}: refused"), [f64::NAN; 3], *c),

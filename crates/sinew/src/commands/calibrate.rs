@@ -7,11 +7,9 @@ use super::{
 };
 use anyhow::Result;
 use clap::Args;
-use sinew::calibration::{
-    ahead_in_words, in_words, kept, observed, setting_in_words, too_stiff, written,
-};
+use sinew::calibration::{ahead_in_words, in_words, kept, setting_in_words, too_stiff, written};
 use sinew::{Parameter, PatientFile, admissible, outside, parse_theta};
-use sinew_calibrate::{CalibrateError, Verdict, calibrate, check_identifiability};
+use sinew_calibrate::{CalibrateError, Solves, Verdict, calibrate, check_identifiability};
 use sinew_emulate::Terminal;
 use sinew_report::Provenance;
 use std::path::PathBuf;
@@ -72,7 +70,8 @@ impl Calibrate {
         let patient = prepared.patient().map_err(Usage)?;
         let folder = folder.join("calibrate");
         let mut terminal = Terminal::default();
-        let mut solves = observed(&patient, &mut terminal);
+        let mut solves = Solves::new(&patient);
+        solves.observer = Some(&mut terminal);
         solves.budget = self.budget;
         if self.check {
             let problem = &prepared.problem;

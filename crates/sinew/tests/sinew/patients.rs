@@ -257,7 +257,7 @@ fn pressures_in_kpa_that_were_meant_in_mmhg_are_seen_ahead() {
     let text = PATIENT.replace("p = \"3 mmHg\"", "p = \"3 kPa\"");
     let prepared = PatientFile::parse(&text, "patient.toml").unwrap().prepare().unwrap();
     let model = prepared.patient().unwrap();
-    let mut solves = Solves::new(&model, Box::new(|_, _, _| ()));
+    let mut solves = Solves::new(&model);
     let (mode, _) = check_identifiability(&prepared.problem, &mut solves).unwrap();
     let low = prepared.problem.data.iter().position(|d| d.name == "volume of endo at low").unwrap();
     assert!(mode.misfits[low] < -5.0, "{:?}", mode.misfits);

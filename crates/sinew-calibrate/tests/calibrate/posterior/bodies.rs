@@ -25,7 +25,7 @@ fn two_modes_are_an_error_that_names_both() {
     let unknown = Unknown::new("k", "kPa", Prior::LogUniform { range: [0.01, 100.0] });
     let datum = Datum { observable: 0, value: 4.0, deviation: 0.1, ..volume(0, 4.0, 0.1) };
     let problem = Problem::new(vec![unknown], vec![datum], Vec::new()).unwrap();
-    let mut solves = Solves::new(&Folded, Box::new(|_, _, _| ()));
+    let mut solves = Solves::new(&Folded);
     let found = calibrate(&problem, &mut solves, &CalibrateOptions::default());
     let error = found.unwrap_err().to_string();
     assert!(error.contains("2 modes") && error.contains("k [kPa] = 7.3"), "{error}");
@@ -58,7 +58,7 @@ fn errors_that_are_a_share_are_normal_in_the_logarithm() {
     let unknown = Unknown::new("V", "mL", Prior::LogUniform { range: [10.0, 250.0] });
     let problem =
         Problem::new(vec![unknown.clone()], volumes.iter().map(datum).collect(), Vec::new());
-    let mut solves = Solves::new(&Plain, Box::new(|_, _, _| ()));
+    let mut solves = Solves::new(&Plain);
     let options = CalibrateOptions { draws: 2400, steps: 4800, ..CalibrateOptions::default() };
     let posterior = calibrate(&problem.unwrap(), &mut solves, &options).unwrap();
     let logs = posterior.draws.parameter(0).concat().iter().map(|v| v.ln()).collect();
@@ -95,7 +95,7 @@ impl Forward for Partial {
 #[test]
 fn where_the_solver_has_no_answer_there_are_no_draws() {
     let problem = Problem::new(unknowns(), data(3, 1.0), Vec::new()).unwrap();
-    let mut solves = Solves::new(&Partial, Box::new(|_, _, _| ()));
+    let mut solves = Solves::new(&Partial);
     match calibrate(&problem, &mut solves, &CalibrateOptions::default()) {
         Ok(posterior) => {
             assert!(posterior.draws.parameter(0).concat().iter().all(|a| *a >= 0.2));

@@ -5,7 +5,7 @@ use super::*;
 #[test]
 fn what_data_identify_is_said_before_anything_is_sampled() {
     let problem = Problem::new(unknowns(), data(3, 1.0), Vec::new()).unwrap();
-    let mut solves = Solves::new(&Sphere, Box::new(|_, _, _| ()));
+    let mut solves = Solves::new(&Sphere);
     let (mode, seen) = check_identifiability(&problem, &mut solves).unwrap();
     assert!(solves.count() < 20, "{}", solves.count());
     let posterior = run(data(3, 1.0));
@@ -19,7 +19,7 @@ fn what_data_identify_is_said_before_anything_is_sampled() {
 
 fn verdict(data: Vec<Datum>, kinds: Vec<Kind>) -> (Verdict, String) {
     let problem = Problem::new(unknowns(), data, kinds).unwrap();
-    let mut solves = Solves::new(&Sphere, Box::new(|_, _, _| ()));
+    let mut solves = Solves::new(&Sphere);
     let (mode, seen) = check_identifiability(&problem, &mut solves).unwrap();
     seen.verdict(&problem, &mode)
 }
