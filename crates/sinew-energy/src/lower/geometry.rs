@@ -123,7 +123,7 @@ pub(super) fn check_overlaps<const N: usize>(mesh: &Mesh<N>) -> Result<(), Scene
 
 impl<const N: usize> Setup<'_, N> {
     /// The material with orthonormal directions at each quadrature point, from one row per cell, point or node that is so to the
-    /// digits of a file.
+    /// digits of a file. A node whose row is zero takes those of the others of its cells.
     pub(super) fn material(&self) -> Result<Arc<dyn Material>, SceneError> {
         let material = &self.scene.material;
         let needed = material.law().directions;
@@ -139,9 +139,13 @@ impl<const N: usize> Setup<'_, N> {
         }
         let mut rows = Vec::with_capacity(needed * given);
         for row in 0..given {
-            check_directions(row, material.directions(row))?;
-            rows.extend_from_slice(material.directions(row));
-            orthonormalise(&mut rows[needed * row..]);
+            let own = material.directions(row);
+            rows.extend_from_slice(own);
+            let is_nodal = given != points && given != cells;
+            if !is_nodal || own.iter().flatten().any(|x| *x != 0.0) {
+                check_directions(row, own)?;
+                orthonormalise(&mut rows[needed * row..]);
+            }
         }
         Ok(material.with_directions(match given {
             _ if given == points => rows,

@@ -25,7 +25,7 @@ use sinew_num::connected_components;
 /// # The apex
 /// Around the line between the two apexes the circumferential direction turns once, so no field is continuous
 /// there. Fibres remain unit vectors in their layers; where the way to the base vanishes to rounding, it is
-/// taken along the longest edge of a cell.
+/// taken along the longest edge of a cell, which the order of cells and nodes decides on a symmetric mesh ([`Self::axis`]).
 #[derive(Clone, Debug)]
 pub struct VentricleCoordinates {
     /// Fraction of the wall's thickness between endocardium and node, 0 on the endocardium and 1 on the epicardium.
@@ -34,6 +34,8 @@ pub struct VentricleCoordinates {
     pub longitudinal: Vec<f64>,
     /// The nodes of the apexes, on the endocardium and the epicardium.
     pub apexes: [usize; 2],
+    /// Nodes without a way to the base: on the axis of a symmetric wall.
+    pub axis: Vec<usize>,
     cells: Vec<[usize; 4]>,
     cell_layers: Vec<Layer>,
     node_layers: Vec<Layer>,
@@ -80,8 +82,10 @@ impl VentricleCoordinates {
         let cell_layers = mesh.cells.iter().enumerate().map(cell_layer);
         let cell_layers = cell_layers.collect::<Result<Vec<_>>>()?;
         let node_layers = layers_of_nodes(mesh, &outward, &to_base, &cell_layers);
+        let lost = |&node: &usize| Layer::new(outward[node], to_base[node]).is_none();
+        let axis = (0..mesh.points.len()).filter(lost).collect();
         let cells = mesh.cells.clone();
-        Ok(Self { thickness, longitudinal, apexes, cells, cell_layers, node_layers })
+        Ok(Self { thickness, longitudinal, apexes, axis, cells, cell_layers, node_layers })
     }
 
     /// The frame at the centre of each cell.

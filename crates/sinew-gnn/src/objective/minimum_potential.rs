@@ -117,7 +117,7 @@ impl Potential for Body {
 
     fn objection(&self, theta: &[f64]) -> Option<String> {
         if !self.has_potential() {
-            return Some("mixed elements and pressures with a loose rim have no potential; close the rim by a lid (Load::CavityPressure), or choose other elements".into());
+            return Some("mixed elements and pressures with a loose rim have no potential; close the rim by a lid (`rim = \"closed\"` in a case file), or choose other elements".into());
         }
         self.check_theta(theta).err().map(|error| error.to_string())
     }

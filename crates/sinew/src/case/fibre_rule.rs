@@ -50,7 +50,8 @@ impl FibreRule {
         Ok(wall.node_frames(&rule))
     }
 
-    /// Frames of cells; of nodes of hexahedra, whose quadrature points interpolate them.
+    /// Frames of cells; of nodes of hexahedra, whose quadrature points interpolate them, zero on the axis: any direction there would follow the
+    /// numbering of the mesh.
     pub(super) fn frames(&self, mesh: &AnyMesh) -> Result<Vec<[[f64; 3]; 3]>, String> {
         let (wall, rule) = self.wall(mesh)?;
         let AnyMesh::Hexahedra(hexahedra) = mesh else {
@@ -67,7 +68,11 @@ impl FibreRule {
                 "the fibres turn by {most:.0}° in a hexahedron, more than the {CLEAR}° that can be interpolated; take more layers of cells across the \
                  wall, or tetrahedra"
             )),
-            _ => Ok(wall.node_frames(&rule)),
+            _ => {
+                let mut frames = wall.node_frames(&rule);
+                wall.axis.iter().for_each(|&node| frames[node] = Default::default());
+                Ok(frames)
+            }
         }
     }
 

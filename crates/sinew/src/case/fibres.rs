@@ -86,9 +86,11 @@ impl Fibres {
             let Some(field) = mesh.point_fields_mut().get_mut(name) else { continue };
             let Some(mut rows) = field.to_vectors::<3>() else { continue };
             for &[a, b, middle] in &edges {
-                let [a, b] = [a, b].map(|node| Vector3::from(rows[node]).normalize());
-                let along = a.dot(&b);
-                let sign = if along.abs() < RIGHT_ANGLE { f64::NAN } else { along.signum() };
+                let unit = |node: usize| Vector3::from(rows[node]).try_normalize(0.0);
+                let [a, b] = [a, b].map(|node| unit(node).unwrap_or_default());
+                let (along, are_two) = (a.dot(&b), a != Vector3::zeros() && b != Vector3::zeros());
+                let across = are_two && along.abs() < RIGHT_ANGLE;
+                let sign = if across { f64::NAN } else { 1f64.copysign(along) };
                 rows[middle] = (a + b * sign).into();
             }
             *field = Field::vectors(&rows);
@@ -126,7 +128,16 @@ impl Fibres {
 
     /// Warnings about nodal fibres of opposite sign in a cell, and about angles that may be radians.
     pub(super) fn warnings(&self, body: &Body) -> impl Iterator<Item = String> {
-        self.mixed_signs(body).into_iter().chain(self.radians())
+        let doubts = [self.mixed_signs(body), self.radians(), self.absent(body)];
+        doubts.into_iter().flatten()
+    }
+
+    /// Nodes without a direction in a file.
+    fn absent(&self, body: &Body) -> Option<String> {
+        let name = self.field.as_ref()?;
+        let directions = body.mesh.point_fields().get(name)?.to_vectors::<3>()?;
+        let count = directions.iter().filter(|d| **d == [0.0; 3]).count();
+        (count > 0).then(|| format!("the nodal fibres `{name}` are zero at {count} nodes, which take those of the other nodes of their cells"))
     }
 
     fn radians(&self) -> Option<String> {
@@ -263,7 +274,9 @@ pub(super) fn directions(
     let mut directions = Vec::with_capacity(law.directions * rows);
     for index in 0..rows {
         let given: Vec<_> = columns.iter().map(|column| column[index]).collect();
-        let frame = completed(&given);
+        // Nodes without a direction take part in no interpolation.
+        let is_absent = !of_cells[0] && given.iter().flatten().all(|x| *x == 0.0);
+        let frame = if is_absent { Ok(Default::default()) } else { completed(&given) };
         let frame = frame.map_err(|reason| error("field", format!("row {index}: {reason}")))?;
         directions.extend_from_slice(&frame[..law.directions]);
     }

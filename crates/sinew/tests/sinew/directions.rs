@@ -1,7 +1,9 @@
 //! Directions at nodes: they have neither length nor sense, in cells of any order.
 
 use sinew::{Body, Case};
-use sinew_mesh::{AnyMesh, Field, box_hexahedra, box_tetrahedra};
+use sinew_mesh::{
+    AnyMesh, Field, TruncatedEllipsoid, box_hexahedra, box_tetrahedra, repair_orientation,
+};
 
 const CASE: &str = r#"
 law = { name = "holzapfel-ogden", bulk_modulus = 25.0 }
@@ -88,4 +90,67 @@ fn directions_that_nothing_determines_between_nodes_are_refused() {
     let [plain, quadratic] = ["plain", "quadratic"].map(refused);
     assert!(plain.contains("nothing determines direction 0 of cell"), "{plain}");
     assert!(quadratic.contains("between two at right angles"), "{quadratic}");
+}
+
+/// A wall of hexahedra with a node on its axis, where no direction is circumferential; mirrored or not, a quarter turn on, its cells in
+/// either order.
+#[test]
+fn fibres_by_rule_follow_neither_numbering_nor_symmetry() {
+    let energy = |sense: f64, quarter: bool, reversed: bool| {
+        let placed = |[x, y, z]: [f64; 3]| {
+            let [x, y] = [sense * x, y];
+            if quarter { [-y, x, z] } else { [x, y, z] }
+        };
+        let mut mesh = TruncatedEllipsoid::LAND.wall([2, 8, 6]).hexahedra();
+        let moved = |[x, y, z]: [f64; 3]| {
+            [0.02 * x + 1e-3 * y * z, 0.03 * x + 1e-3 * x * y, 0.02 * x + 2e-3 * y * z]
+        };
+        let moved: Vec<f64> = mesh.points.iter().flat_map(|&x| placed(moved(x))).collect();
+        mesh.points.iter_mut().for_each(|x| *x = placed(*x));
+        repair_orientation(&mut mesh);
+        if reversed {
+            mesh.cells.reverse();
+            let facets = mesh.facet_sets.values_mut().flatten();
+            facets.for_each(|facet| facet.cell = mesh.cells.len() - 1 - facet.cell);
+        }
+        let rule = format!(
+            "fibres.rule = {{ endocardium = \"endo\", epicardium = \"epi\", base = \"base\", angles = [{}, {}] }}",
+            60.0 * sense,
+            -60.0 * sense
+        );
+        let text = CASE.replace("fibres.field = \"f\"", &rule).replace("x_min", "base");
+        let case = Case::parse(&text, "case.toml").unwrap();
+        let body = case.body_on(mesh.into()).unwrap();
+        body.value(&moved, &body.centre())
+    };
+    let own = energy(1.0, false, false);
+    for (sense, quarter) in [(1.0, false), (1.0, true), (-1.0, false), (-1.0, true)] {
+        for reversed in [false, true] {
+            let other = energy(sense, quarter, reversed);
+            let off = (other / own - 1.0).abs();
+            assert!(off < 1e-9, "{sense} {quarter} {reversed}: {other} {own}, {off:e}");
+        }
+    }
+}
+
+#[test]
+fn nodes_without_a_direction_take_those_of_the_others() {
+    let energy = |absent: fn(usize) -> bool, formulation: &str| {
+        let mut mesh = box_tetrahedra([4.0, 3.0, 2.0], [4, 3, 2]);
+        let straight = |node| if absent(node) { [0.0; 3] } else { [0.6, 0.8, 0.0] };
+        let fibres: Vec<_> = (0..mesh.points.len()).map(straight).collect();
+        mesh.point_fields.insert("f".into(), Field::vectors(&fibres));
+        let text = format!("formulation = \"{formulation}\"\n{CASE}");
+        let body = Case::parse(&text, "case.toml").unwrap().body_on(mesh.into());
+        let body = body.map_err(|error| error.to_string())?;
+        let moved = body.positions.iter().flat_map(|x| [0.1 * x[0], 0.05 * x[1], 0.0]);
+        Ok::<f64, String>(body.value(&moved.collect::<Vec<_>>(), &body.centre()))
+    };
+    for formulation in ["plain", "quadratic"] {
+        let [own, other] =
+            [|_: usize| false, |node: usize| node == 7].map(|at| energy(at, formulation).unwrap());
+        assert!((other / own - 1.0).abs() < 1e-12, "{formulation}: {other} {own}");
+    }
+    let refused = energy(|_| true, "plain").unwrap_err();
+    assert!(refused.contains("nothing determines direction 0 of cell 0"), "{refused}");
 }
