@@ -63,16 +63,14 @@ pub(crate) fn write_surrogate(surrogate: &Surrogate, folder: &Path) -> Result<()
 
 pub(crate) fn read_surrogate(folder: &Path, device: &Device) -> Result<Surrogate> {
     let path = folder.join(DESCRIPTION);
-    check_version(&path, VERSION)?;
-    let Description { config, scales, geometries, embedded_nodes, .. } = read_json(&path)?;
+    let Description { config, scales, geometries, embedded_nodes, .. } = read_json(&path, VERSION)?;
     let emulator = GraphNetwork::new(&config, 0, device)?;
     let emulator = load_weights(emulator, &embedded_nodes, &folder.join(WEIGHTS))?;
     Surrogate::assemble(emulator, scales, geometries)
 }
 
 pub(crate) fn save_weights(emulator: &GraphNetwork, path: &Path) -> Result<()> {
-    let saved = emulator.valid().save_file(path);
-    saved.map_err(|error| Error::Format { path: path.into(), reason: error.to_string() })
+    emulator.valid().save_file(path).map_err(format_error(path))
 }
 
 /// The weights in a file, on the device of `emulator`, with embeddings of so many nodes in the layers of every geometry.
@@ -84,25 +82,15 @@ pub(crate) fn load_weights(
     let (width, device) = (2 * emulator.config.latent, emulator.device());
     let blank = |rows: &usize| Tensor::zeros([*rows, width], &device);
     let blank = embedded_nodes.iter().map(|layers| layers.iter().map(blank).collect());
-    let loaded = emulator.with_embeddings(blank.collect()).try_load_file(path);
-    loaded.map_err(|error| Error::Format { path: path.into(), reason: error.to_string() })
-}
-
-/// Requires a file's format version before the rest of it is interpreted.
-pub(crate) fn check_version(path: &Path, expected: u32) -> Result<()> {
-    #[derive(Deserialize)]
-    struct Versioned {
-        version: u32,
-    }
-    let Versioned { version: found } = read_json(path)?;
-    match found == expected {
-        true => Ok(()),
-        false => Err(Error::Version { path: path.into(), found, expected }),
-    }
+    emulator.with_embeddings(blank.collect()).try_load_file(path).map_err(format_error(path))
 }
 
 fn file_error(path: &Path) -> impl FnOnce(std::io::Error) -> Error + '_ {
     move |source| Error::File { path: path.into(), source }
+}
+
+fn format_error<E: ToString>(path: &Path) -> impl FnOnce(E) -> Error + '_ {
+    move |error| Error::Format { path: path.into(), reason: error.to_string() }
 }
 
 fn sibling(directory: &Path, suffix: &str) -> PathBuf {
@@ -144,8 +132,16 @@ pub(crate) fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
     text.and_then(|text| fs::write(path, text)).map_err(file_error(path))
 }
 
-pub(crate) fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T> {
+/// What [`write_json`] wrote. Its format version is required before the rest of it is interpreted.
+pub(crate) fn read_json<T: DeserializeOwned>(path: &Path, expected: u32) -> Result<T> {
+    #[derive(Deserialize)]
+    struct Versioned {
+        version: u32,
+    }
     let text = fs::read(path).map_err(file_error(path))?;
-    serde_json::from_slice(&text)
-        .map_err(|error| Error::Format { path: path.into(), reason: error.to_string() })
+    let Versioned { version: found } = serde_json::from_slice(&text).map_err(format_error(path))?;
+    match found == expected {
+        true => serde_json::from_slice(&text).map_err(format_error(path)),
+        false => Err(Error::Version { path: path.into(), found, expected }),
+    }
 }

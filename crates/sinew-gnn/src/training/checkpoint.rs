@@ -4,8 +4,8 @@ use super::sampler::{Sampler, SamplerState};
 use super::trainer::{Best, RunState, Trainer};
 use crate::optimiser::Optimiser;
 use crate::store::{
-    check_version, load_weights, open_directory, read_json, read_surrogate, replace_directory,
-    save_weights, write_json, write_surrogate,
+    load_weights, open_directory, read_json, read_surrogate, replace_directory, save_weights,
+    write_json, write_surrogate,
 };
 use crate::{DataSet, Error, Objective, Result, TrainingConfig};
 use burn::module::Module;
@@ -45,8 +45,7 @@ impl Trainer {
         device: &Device,
     ) -> Result<Self> {
         let folder = open_directory(directory);
-        check_version(&folder.join(RUN), VERSION)?;
-        let run: Run = read_json(&folder.join(RUN))?;
+        let run: Run = read_json(&folder.join(RUN), VERSION)?;
         let surrogate = read_surrogate(&folder, device)?;
         let load = |best: Best| {
             let emulator = surrogate.emulator.clone();
