@@ -111,14 +111,8 @@ impl VentricleShape {
     /// Shape of at most [`Self::NUMBERS`] numbers; those left out are zero.
     ///
     /// # Errors
-    /// More numbers, one that is not finite, or a wall that is too thin or thick, a cavity too short, long, narrow or wide.
+    /// A wall that is too thin or thick, a cavity too short, long, narrow or wide.
     pub(crate) fn new(numbers: &[f64]) -> Result<Self, Refusal> {
-        if numbers.len() > Self::NUMBERS || !numbers.iter().all(|x| x.is_finite()) {
-            let (most, found) = (Self::NUMBERS, numbers.len());
-            return Err(Refusal(format!(
-                "a shape has {most} finite numbers; {found} were given, or one of them is not finite"
-            )));
-        }
         let all: [f64; Self::NUMBERS] =
             std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(0.0));
         let shape = Self { amounts: ORTHOGONAL.tr_mul(&SVector::from(all)) };
@@ -137,14 +131,8 @@ impl VentricleShape {
     /// The wall as linear tetrahedra; `cells`, sets and fields as in [`TruncatedEllipsoid::wall`].
     ///
     /// # Errors
-    /// A wall that folds over itself, or cells that do not fit each other.
+    /// A wall that folds over itself.
     pub(crate) fn tetrahedra(&self, cells: [usize; 3]) -> Result<TetMesh, Refusal> {
-        let [layers, around, along] = cells;
-        if layers == 0 || around == 0 || around % 8 != 0 || around >= 8 * along {
-            return Err(Refusal(format!(
-                "a mesh cannot have {layers} x {around} x {along} cells; give one through the wall or more, and around a multiple of 8 below 8 times those along"
-            )));
-        }
         let mesh = self.placed(MEAN.wall(cells).tetrahedra());
         let mut volumes = (0..mesh.cells.len()).map(|cell| mesh.cell_volume(cell)).enumerate();
         match volumes.find(|(_, volume)| volume.is_nan() || *volume <= 0.0) {

@@ -47,19 +47,8 @@ fn ventricles_vary_as_hearts_do() {
 }
 
 #[test]
-fn cells_of_no_mesh_are_refused_and_not_panicked_at() {
-    let ventricle = VentricleShape::new(&[]).unwrap();
-    for cells in [[0, 16, 8], [1, 0, 8], [1, 36, 18], [1, 16, 2], [1, 16, 0]] {
-        let told = ventricle.tetrahedra(cells).unwrap_err().to_string();
-        assert!(told.contains("a multiple of 8 below 8 times"), "{told}");
-        assert!(ventricle.hexahedra(cells).is_err());
-    }
-}
-
-#[test]
 fn numbers_of_no_body_are_refused() {
     let refused = |numbers: &[f64]| VentricleShape::new(numbers).unwrap_err().to_string();
-    assert!(refused(&[f64::NAN]).starts_with("a shape has 32 finite numbers; 1 were given"));
     let thin = refused(&[0.0, 0.0, -3.0]);
     assert!(thin.starts_with("the thickness of the wall of"), "{thin}");
     assert!(thin.ends_with("is not between 4.5 and 22: draw other numbers"), "{thin}");
