@@ -132,7 +132,7 @@ pub(crate) fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
     text.and_then(|text| fs::write(path, text)).map_err(file_error(path))
 }
 
-/// What [`write_json`] wrote. Its format version is required before the rest of it is interpreted.
+/// Reads a JSON file; its format version is required before the rest of it is interpreted.
 pub(crate) fn read_json<T: DeserializeOwned>(path: &Path, expected: u32) -> Result<T> {
     #[derive(Deserialize)]
     struct Versioned {
