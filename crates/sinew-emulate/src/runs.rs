@@ -109,7 +109,7 @@ impl LeftOut {
         Self { factor, ..if other.error > self.error { other } else { self } }
     }
 
-    /// With half-widths at places of the ranges.
+    /// The error and the widest interval over places of the ranges, given by half-width.
     fn over(self, places: Vec<(f64, Vec<f64>)>) -> Self {
         let squares = places.iter().map(|(width, _)| width * width).sum::<f64>();
         let error = self.error.max((squares / places.len() as f64).sqrt() / NORMAL_WIDTH);
