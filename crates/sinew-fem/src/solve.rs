@@ -1,5 +1,6 @@
 //! Equilibria: Newton's method, load increments, arc-length continuation, sweeps, sensitivities.
 
+pub(crate) mod branch;
 pub(crate) mod continuation;
 pub(crate) mod frozen_stiffness;
 pub(crate) mod history;

@@ -2,7 +2,7 @@
 //! supports along the coordinate axes or the axes of a node's own frame.
 
 use crate::diagnose::rigid::check_supports;
-use crate::elements::{Assembly, Coupling, State, add_product};
+use crate::elements::{Assembly, Coupling, State, add_product, at_points};
 use crate::linear::{Aggregation, Factor, Method, Sparsity, facets_of};
 use crate::{Result, SolveError};
 use sinew_energy::{Body, BodyArrays, PressureSurface, SurfaceResponse};
@@ -58,8 +58,7 @@ impl<'p> System<'p> {
         check_supports(body)?;
         let sparsity = Arc::new(Sparsity::new(body));
         let factor = Factor::new(&sparsity)?;
-        let size = [factor.entries(), sparsity.unknowns()];
-        let method = Method::Automatic.chosen(body.has_potential(), None, size);
+        let (method, _) = Method::Automatic.chosen(body.has_potential(), None, &factor, &sparsity);
         Self::of(body, sparsity, (factor, Aggregation::default(), method))
     }
 
@@ -150,11 +149,9 @@ impl<'p> System<'p> {
         let moved = self.response_to_supports(state, &motion);
         right.iter_mut().zip(moved).for_each(|(r, m)| *r += m);
         let definite = self.body.has_potential();
-        let forces: Vec<f64> = right.iter().map(|r| -r).collect();
-        let iterates = definite && self.method == Method::Aggregation;
-        let iterated = iterates.then(|| self.iterate(&forces, tolerance, 1)).flatten();
-        let change = match iterated {
-            Some((change, _)) => change,
+        let stable = if definite { self.definite_response(&right, tolerance) } else { None };
+        let change = match stable {
+            Some(change) => change,
             None => {
                 let (shift, _) = self.factorise(definite).ok_or(SolveError::Singular)?;
                 self.solve(&right, if definite { 0.0 } else { shift })?.0
@@ -162,6 +159,12 @@ impl<'p> System<'p> {
         };
         self.sparsity.scatter(change, &mut motion);
         Ok(motion)
+    }
+
+    /// Norm of the largest gradient of a displacement.
+    pub(crate) fn largest_gradient(&self, displacement: &[f64]) -> f64 {
+        let squared = |p| self.body.displacement_gradient(p, displacement).squared_norm();
+        at_points(self.body.volumes.len(), squared).into_iter().fold(0.0, f64::max).sqrt()
     }
 
     /// Entries of θ that stress the body at rest and may be zero, such as active stress: they are loads, not

@@ -38,6 +38,8 @@ pub(crate) struct Factor {
     entries: Vec<f64>,
     single: Vec<f32>,
     form: Form,
+    /// Whether [`Factor::definite`] computes in single precision.
+    pub rough: bool,
     /// Number of the last shift.
     last_shift: usize,
 }
@@ -86,7 +88,14 @@ impl Factor {
     }
 
     fn of(symbolic: Arc<SymbolicCholesky<usize>>) -> Self {
-        Self { symbolic, entries: vec![], single: vec![], form: Form::Empty, last_shift: 0 }
+        Self {
+            symbolic,
+            entries: vec![],
+            single: vec![],
+            form: Form::Empty,
+            rough: false,
+            last_shift: 0,
+        }
     }
 
     /// Reserves memory, which the first factorisation takes.
@@ -99,6 +108,14 @@ impl Factor {
     /// Number of stored entries of the factor.
     pub(crate) fn entries(&self) -> usize {
         self.symbolic.len_val()
+    }
+
+    /// Operations of a factorisation: the squares of the entries of each column.
+    pub(crate) fn operations(&self) -> f64 {
+        let of_columns = |(own, below): (Range<usize>, &[usize])| {
+            (1..=own.len()).map(|rows| ((rows + below.len()) as f64).powi(2)).sum::<f64>()
+        };
+        self.supernodes().into_iter().map(of_columns).sum()
     }
 
     /// Columns that are eliminated together, with the later rows that depend on them, ascending.
@@ -121,6 +138,14 @@ impl Factor {
     /// Whether solutions with the last factor are accurate to rounding errors in double precision.
     pub(crate) fn is_double(&self) -> bool {
         !matches!(self.form, Form::Single(_))
+    }
+
+    /// [`Factor::positive_definite`] or [`Factor::definite_in_single`].
+    pub(crate) fn definite(&mut self, sparsity: &Sparsity, matrix: &[f64]) -> bool {
+        match self.rough {
+            true => self.definite_in_single(sparsity, matrix),
+            false => self.positive_definite(sparsity, matrix),
+        }
     }
 
     /// Factorises `L Lᵀ`; false where the matrix is not positive definite.
@@ -191,7 +216,7 @@ impl Factor {
             for (&slot, d) in diagonal.iter().zip(&original) {
                 matrix[slot] = d + shift_of(number) * mean;
             }
-            self.positive_definite(sparsity, matrix)
+            self.definite(sparsity, matrix)
         };
         let found = if definite(first) {
             // The last of falling shifts fails, so that the one before it is factorised again.

@@ -2,7 +2,9 @@
 //! preconditioned by the factor; the choice of the method.
 
 use crate::elements::{System, load_gradient};
-use crate::linear::{End, Iterated, LinearOutcome, MOST_ITERATIONS, MOST_SHIFTS, Shifted, gmres};
+use crate::linear::{
+    End, Factor, Iterated, LinearOutcome, MOST_ITERATIONS, MOST_SHIFTS, Shifted, Sparsity, gmres,
+};
 use crate::{Result, SolveError};
 use sinew_num::on_ready_threads;
 
@@ -39,7 +41,7 @@ impl System<'_> {
             }
         }
         self.iterates = false;
-        if self.factor.positive_definite(sparsity, matrix) {
+        if self.factor.definite(sparsity, matrix) {
             return Some((0.0, 0));
         }
         let counted = if definite { None } else { self.factor.indefinite(sparsity, matrix) };
@@ -86,6 +88,21 @@ impl System<'_> {
         self.iterates = true;
         let aggregation = &mut self.aggregation;
         on_ready_threads(|| aggregation.solve_shifted(matrix, &positions, right, tolerance, shifts))
+    }
+
+    /// Change of the free displacements that balances forces, by the stiffness that was assembled last; `None` where that is not positive definite.
+    pub(crate) fn definite_response(&mut self, forces: &[f64], tolerance: f64) -> Option<Vec<f64>> {
+        let mut change: Vec<f64> = forces.iter().map(|f| -f).collect();
+        if self.method == Method::Aggregation {
+            self.aggregation.drop_hierarchy();
+            return self.iterate(&change, tolerance, 1).map(|(change, _)| change);
+        }
+        self.iterates = false;
+        let definite = self.factor.definite(&self.sparsity, &self.assembly.matrix);
+        definite.then(|| {
+            self.factor.solve(&mut change);
+            change
+        })
     }
 
     /// Solves with the stiffness and the shift of the last [`System::iterate`].
@@ -172,7 +189,7 @@ impl System<'_> {
 #[non_exhaustive]
 pub enum Method {
     /// [`Method::Aggregation`] for compact bodies from some 9000 nodes on: 20 000 unknowns, and a factor of more than 400 entries per unknown. Slender
-    /// bodies, whose factors are cheap, and those with K/μ above 3000 at rest take [`Method::Factor`].
+    /// bodies, whose factors are cheap, take [`Method::Factor`]; so do those whose K/μ at rest costs more iterations than a factor, but in single precision.
     #[default]
     Automatic,
     /// A sparse Cholesky factor of each stiffness.
@@ -188,28 +205,32 @@ pub enum Method {
 /// nodes and 228 entries per unknown, 3.0 and 3.6 for a beam of 10 332 and 558, 5.0 and 2.7 for a ventricle of 9005 and 415.
 const SMALL: usize = 20_000;
 const SPARSE: usize = 400;
-/// Largest K/μ at rest with less than [`crate::linear::aggregation::MOST_ITERATIONS`] iterations.
-const MOST_BULK_TO_SHEAR: f64 = 3e3;
+/// Operations of a factor \[per stored entry of the stiffness\] from which on aggregation is faster, as a multiple of K/μ at rest: with 28 231 nodes both take as long at 1600.
+const OPERATIONS: f64 = 20.0;
 /// Most entries of a factor that is taken unasked: 2 GB in single, 4 in double precision.
 pub(crate) const MOST_SINGLE: usize = 500_000_000;
 /// Most entries of one that is computed at every solution: with 100 000 nodes it would take a quarter of the time and half as much memory again.
 pub(crate) const MOST_COUNTED: usize = 250_000_000;
 
 impl Method {
-    /// The method for a body whose factor has so many entries.
+    /// The method for a body, and whether factors are in single precision.
     pub(crate) fn chosen(
         self,
         has_potential: bool,
         bulk_to_shear: Option<f64>,
-        [entries, unknowns]: [usize; 2],
-    ) -> Self {
-        let large = unknowns > SMALL && entries > SPARSE * unknowns;
-        let stiff = bulk_to_shear.is_some_and(|ratio| ratio > MOST_BULK_TO_SHEAR);
+        factor: &Factor,
+        sparsity: &Sparsity,
+    ) -> (Self, bool) {
+        let unknowns = sparsity.unknowns();
+        let large = unknowns > SMALL && factor.entries() > SPARSE * unknowns;
+        let worth = |ratio| ratio * OPERATIONS * sparsity.entries() as f64 <= factor.operations();
         match self {
-            _ if !has_potential => Self::Factor,
-            Self::Automatic if large && !stiff => Self::Aggregation,
-            Self::Automatic => Self::Factor,
-            forced => forced,
+            _ if !has_potential => (Self::Factor, false),
+            Self::Automatic if large && bulk_to_shear.is_none_or(worth) => {
+                (Self::Aggregation, false)
+            }
+            Self::Automatic => (Self::Factor, large),
+            forced => (forced, false),
         }
     }
 }

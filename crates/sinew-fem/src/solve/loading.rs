@@ -59,8 +59,8 @@ impl Solver<'_> {
     }
 
     /// The equilibrium under loads and prescribed motions that rise slowly from rest, if it differs from `solution`. Of
-    /// several stable equilibria, the whole load at once may find one that a rising load does not. Costs a solve by
-    /// load steps, to smaller accuracy; `watch` is called with each state that the iteration comes to.
+    /// several stable equilibria, the whole load at once may find one that a rising load does not. A few points of a smooth curve from rest
+    /// are enough; where it does not show, this costs a solve by load steps, to smaller accuracy. `watch` is called with each state that the iteration comes to.
     ///
     /// # Errors
     /// As for [`Solver::solve`], and a solution of another body.
@@ -70,9 +70,16 @@ impl Solver<'_> {
         options: &Options,
         watch: &mut impl FnMut(&Progress<'_>),
     ) -> Result<Option<Solution>> {
-        self.checked(solution, &solution.theta)?;
+        let end = self.checked(solution, &solution.theta)?;
         let mut options = Options { load_steps: LoadSteps::Always, ..*options };
         if self.body().has_potential() {
+            let mut tell = |state: &Progress<'_>| watch(state);
+            let line = Line::of_loads(&solution.theta);
+            let mut path = Path::from_rest(&mut self.system, line, &options);
+            path.log.watch = Some(&mut tell);
+            if path.leads_to(end) {
+                return Ok(None);
+            }
             options.accuracy = ON_THE_WAY;
             options.minimum_accuracy = options.minimum_accuracy.max(AT_THE_END);
         }

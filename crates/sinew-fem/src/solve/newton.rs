@@ -79,9 +79,10 @@ impl System<'_> {
             jumped: false,
             by_place: Vec::new(),
         };
-        let size = [self.factor.entries(), self.sparsity.unknowns()];
         let ratio = bulk_to_shear(self.body, &search.theta);
-        self.method = options.method.chosen(self.body.has_potential(), ratio, size);
+        let (factor, sparsity) = (&self.factor, &*self.sparsity);
+        (self.method, self.factor.rough) =
+            options.method.chosen(self.body.has_potential(), ratio, factor, sparsity);
         self.aggregation.clear();
         self.refused = false;
         self.move_supports(&mut search, history)?;
@@ -307,12 +308,12 @@ impl System<'_> {
             return self.factorise(true);
         }
         self.iterates = false;
-        if self.factor.positive_definite(&self.sparsity, &self.assembly.matrix) {
+        if self.factor.definite(&self.sparsity, &self.assembly.matrix) {
             return Some((0.0, 0));
         }
         let projected = self.project_tangents(search);
         let (sparsity, matrix) = (&*self.sparsity, &mut self.assembly.matrix);
-        if projected && self.factor.positive_definite(sparsity, matrix) {
+        if projected && self.factor.definite(sparsity, matrix) {
             return Some((PROJECTED, 1));
         }
         Some((self.factor.shifted(sparsity, matrix)?.max(PROJECTED), 1))
@@ -378,7 +379,7 @@ impl System<'_> {
         let mut onward = 0.0;
         let plane = search.goal.plane.zip(gap);
         if let Some((Plane { normal: (slope, rate_of_plane), .. }, gap)) = plane {
-            let (rate, supports) = self.rate_along(search);
+            let (rate, supports) = self.rate_along(search.goal.line, search.state());
             let (by_place, outcome) = self.solve(&rate, shift).ok()?;
             search.linear_iterations += outcome.iterations;
             onward = (gap - dot(slope, &change)) / (dot(slope, &by_place) + rate_of_plane);
@@ -409,11 +410,10 @@ impl System<'_> {
     }
 
     /// Derivative of the balance in the place on the line, with the motion of the supports.
-    fn rate_along(&self, search: &Search<'_>) -> (Vec<f64>, Vec<f64>) {
-        let (state, at) = (search.state(), &search.at);
-        let mut rate = self.rate_on(search.goal.line, state);
-        let (more_load, _) = search.goal.line.rates();
-        let mut motion = vec![0.0; at.displacement.len()];
+    pub(crate) fn rate_along(&self, line: &Line, state: State<'_>) -> (Vec<f64>, Vec<f64>) {
+        let mut rate = self.rate_on(line, state);
+        let (more_load, _) = line.rates();
+        let mut motion = vec![0.0; state.displacement.len()];
         place(self.body, more_load, &mut motion);
         if motion.iter().any(|&m| m != 0.0) {
             let moved = self.response_to_supports(state, &motion);

@@ -217,10 +217,7 @@ impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
     pub(crate) fn first_step(&mut self) -> f64 {
         let motion = self.system.linear_response(&self.line.thetas[1], CORRECTION);
         let Ok(motion) = motion else { return FIRST_STEP };
-        let body = self.system.body;
-        let size = |h: Mat3<f64>| h.squared_norm().sqrt();
-        let gradients = (0..body.volumes.len()).map(|p| body.displacement_gradient(p, &motion));
-        let largest = gradients.map(size).fold(0.0, f64::max) * self.line.load_factors[1].abs();
+        let largest = self.system.largest_gradient(&motion) * self.line.load_factors[1].abs();
         let step = (FIRST_GRADIENT / largest).min(FIRST_STEP);
         if step > LEAST_LOAD { step } else { FIRST_STEP }
     }

@@ -106,6 +106,20 @@ fn a_body_where_conjugate_gradients_fail_is_factorised() {
     assert_eq!(iterated.linear_iterations, 0);
 }
 
+/// A step takes more iterations the larger K/μ, a factor none.
+#[test]
+fn the_method_is_the_cheaper_one() {
+    let clamped = vec![Support::clamped("x_min")];
+    let body = lower(NeoHookean, box_tetrahedra([10.0; 3], [20; 3]), gravity(10.0), clamped);
+    let soft = by(&body, &[75.0, 75.0], Method::Automatic).unwrap();
+    assert!(soft.linear_iterations > 0);
+    let [single, double] = [Method::Automatic, Method::Factor]
+        .map(|method| by(&body, &[75.0, 2000.0 * 75.0], method).unwrap());
+    assert_eq!(single.linear_iterations, 0);
+    assert!((single.energy - double.energy).abs() <= ENERGY * double.energy.abs());
+    assert_eq!([single.negative_pivots, double.negative_pivots], [0, 0]);
+}
+
 #[test]
 fn derivatives_with_a_factor_in_single_precision_are_accurate() {
     let body = once();

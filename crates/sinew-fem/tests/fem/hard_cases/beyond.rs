@@ -2,6 +2,8 @@
 
 use crate::hard_cases::bodies::*;
 use crate::hard_cases::checks::*;
+use crate::support::ventricle;
+use crate::ventricles::ventricles;
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
 use sinew_energy::{
     Body, IntoMaterial, Law, Load, Magnitude, Parameter, Prescribed, Scene, Support,
@@ -199,6 +201,17 @@ fn of_several_stable_equilibria_a_rising_load_finds_the_one_that_it_leads_to() {
         solver.under_rising_load(&there, &Options::default(), &mut |_| ()).unwrap().unwrap();
     assert!(difference(&risen.displacement, &here.displacement) < 1e-6 * norm(&here.displacement));
     assert!(solver.under_rising_load(&here, &Options::default(), &mut |_| ()).unwrap().is_none());
+}
+
+/// Load steps lead there in more than 20 states.
+#[test]
+fn a_smooth_curve_is_compared_by_a_few_of_its_points() {
+    let body = ventricle::scene(ventricles().remove(0).1, 25.0).lower().unwrap();
+    let (mut solver, options, mut states) = (Solver::new(&body).unwrap(), Options::default(), 0);
+    let found = solver.solve(&[0.17, 2.4, 3.0, 2.5, 0.9], &options).unwrap();
+    assert!(found.jumped, "the search meets indefinite stiffnesses");
+    let other = solver.under_rising_load(&found, &options, &mut |_| states += 1).unwrap();
+    assert!(other.is_none() && states <= 10, "{states}");
 }
 
 #[test]
