@@ -219,6 +219,27 @@ fn the_mean_of_processes_is_as_accurate_as_the_best_where_the_others_are_not() {
 }
 
 #[test]
+fn a_process_that_misses_a_curve_takes_no_part_in_the_mean() {
+    let curve = |a: f64| a + 0.1 * (9.0 * a).sin();
+    let parameter = Parameter::linear("a", "1", 0.0..=2.0);
+    for count in [12, 14] {
+        let thetas = Design::LatinHypercube.sample(std::slice::from_ref(&parameter), count, 4);
+        let thetas = thetas.unwrap();
+        let values = thetas.iter().map(|theta| vec![curve(theta[0])]).collect();
+        let output = Output { name: "v".into(), unit: "1".into(), values };
+        let parameters = vec![parameter.clone()];
+        let emulator = RunsEmulator::fit(parameters, &thetas, &[output], None, &mut ()).unwrap();
+        let holds = |a: &f64| {
+            let found = emulator.predict(&[*a]).unwrap().remove(0);
+            (found.values[0] - curve(*a)).abs() <= found.half_width
+        };
+        let held = (0..100).map(|k| 0.1 + 0.018 * f64::from(k)).filter(holds).count();
+        // With a share of 0.007 it was 26 to 41.
+        assert!(held >= 90, "{count} runs: {held} of 100");
+    }
+}
+
+#[test]
 fn intervals_from_samples_left_out_hold_for_unseen_ones_of_a_smooth_function() {
     let value = |t: &Vec<f64>| vec![t[0].ln() * t[1].sqrt() + (t[2] / t[0]).ln().sin() + 20.0];
     let parameters = ["a", "b", "c"].map(|name| Parameter::log(name, "kPa", 1.0..=10.0));
@@ -309,8 +330,7 @@ fn stated_errors_of_forty_random_runs_are_seldom_half_of_the_true_ones() {
         assert!((there / width - 1.0).abs() < 1e-9 && theta.len() == 2, "{there} {width}");
     }
     // By runs left out alone three have 3.7 to 8.7.
-    let understated = ratios.iter().filter(|ratio| **ratio > 2.0).count();
-    assert!(understated <= 1, "{ratios:.2?}");
+    assert!(ratios.iter().all(|ratio| *ratio < 3.0), "{ratios:.2?}");
 }
 
 #[test]

@@ -62,11 +62,17 @@ fn of_each_trend(
     fits
 }
 
+/// Squared error over that of the best beyond which a process takes no part in the mean: its share would stay where the error of the best
+/// is far below that of runs left out.
+const WORST: f64 = 9.0;
+
 /// Weights of the processes in their mean, inverse to their squared errors (Bates & Granger, "The combination of forecasts", 1969).
 fn shares(processes: &[Fitted]) -> Vec<f64> {
-    let precision = |fit: &Fitted| 1.0 / fit.leave_one_out.max(f64::MIN_POSITIVE);
-    let whole: f64 = processes.iter().map(precision).sum();
-    processes.iter().map(|fit| precision(fit) / whole).collect()
+    let errors = processes.iter().map(|fit| fit.leave_one_out.max(f64::MIN_POSITIVE));
+    let least = errors.clone().fold(f64::INFINITY, f64::min);
+    let precision = |error: f64| if error > WORST * least { 0.0 } else { least / error };
+    let whole: f64 = errors.clone().map(precision).sum();
+    errors.map(|error| precision(error) / whole).collect()
 }
 
 /// Weighted mean of processes at the same points, with hyperparameters and error of the first; `None` without one.
