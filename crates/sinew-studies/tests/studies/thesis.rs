@@ -177,12 +177,12 @@ fn a_quick_run_has_figures_of_its_own_and_leaves_the_page() {
         let mut program = Command::new(env!("CARGO_BIN_EXE_sinew-studies"));
         program.arg("thesis").args(more).arg("--out").arg(folder.path()).output().unwrap()
     };
-    let done = run(&["--quick", "--only", "beams"]);
+    let done = run(&["--quick", "--only", "gp"]);
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     let text = std::fs::read_to_string(folder.path().join("thesis.md")).unwrap();
-    let lines: Vec<_> = text.lines().filter(|line| line.starts_with("| Π, median")).collect();
-    assert_eq!(lines.len(), 4);
-    assert!(lines.iter().all(|line| !line.contains("not run") && line.contains("| pod |")));
+    let lines: Vec<_> = text.lines().filter(|line| line.starts_with("| u, HCGP |")).collect();
+    assert_eq!(lines.len(), 5);
+    assert!(lines.iter().all(|line| !line.contains("not run")));
     assert!(text.contains("| K = 1, 50 % | 1.47 mm | not run"));
     assert_eq!(std::fs::read(PAGE).unwrap(), before);
     let wrong = run(&["--only", "5"]);
