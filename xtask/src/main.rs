@@ -10,7 +10,6 @@ mod circles;
 mod command;
 mod imports;
 mod licences;
-mod miri;
 mod package;
 mod page;
 mod readme;
@@ -68,8 +67,6 @@ enum Task {
     Licences,
     /// Write the README of every published crate: the beginning of its documentation
     Readmes,
-    /// Run the tests of the matrix product, whose code is unsafe, under Miri on the nightly toolchain
-    Miri,
     /// Open reports and pages of emulators in a headless Chromium: errors, overlapping labels, contrast, in light and dark; sliders, keys and
     /// times of emulators
     Page {
@@ -107,7 +104,6 @@ fn main() -> Result<()> {
         Task::Package => package::run(),
         Task::Licences => licences::check(),
         Task::Readmes => readme::write(),
-        Task::Miri => miri::run(),
         Task::Page { pages } => page::check(&pages),
         Task::Bench { options } => command::benches(&options),
     }

@@ -13,8 +13,6 @@ use options::{Options, Part};
 use sinew_report::Section;
 use std::path::PathBuf;
 
-type Make = fn(&Options) -> Result<Section>;
-
 /// Runs all parts that are asked for and writes the report, anew after each; the path of `report.html`.
 ///
 /// # Errors
@@ -25,11 +23,8 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
     let size = (options.seed, options.quick);
     let mut growing = Growing::new(names, size, options, |_| String::new())?;
     let mut page = options.out.join("report.html");
-    let parts: [(Part, Make); 3] = [
-        (Part::Coverage, coverage::section),
-        (Part::Grid, exactness::grid),
-        (Part::Importance, exactness::importance),
-    ];
+    let parts: [(Part, fn(&Options) -> Result<Section>); 2] =
+        [(Part::Coverage, coverage::section), (Part::Importance, exactness::importance)];
     for (_, section) in parts.into_iter().filter(|(part, _)| options.wants(*part)) {
         page = growing.add(section(options)?, &options.out)?;
     }

@@ -222,16 +222,7 @@ pub(super) fn random(seed: u64, number: u64) -> Result<(Synthetic, usize)> {
     }
 }
 
-/// A patient of one shape, of whose parameters a and a_f are unknown.
-pub(super) fn of_two(seed: u64, cells: [usize; 3]) -> Result<Synthetic> {
-    let ranges = [RANGES[0], [2.0, 2.0], RANGES[2], [2.1, 2.1]];
-    let text = text([20.0, 30.0], [52.0, 62.0], 15.0, cells, &ranges);
-    let theta = vec![0.2, 2.8];
-    let text = PatientFile::parse(&text, "synthetic")?.synthesise(&theta, seed)?;
-    Ok(Synthetic { file: PatientFile::parse(&text, "synthetic")?, theta })
-}
-
-/// The file: volumes at three pressures (3 %) and strains of 24 segments (± .02); equal ends of a range are a known value.
+/// The file: volumes at three pressures (3 %) and strains of 24 segments (± .02).
 fn text(
     short: [f64; 2],
     long: [f64; 2],
@@ -239,10 +230,7 @@ fn text(
     cells: [usize; 3],
     ranges: &[[f64; 2]; 4],
 ) -> String {
-    let parameter = |(name, [low, high]): (&&str, &[f64; 2])| match low == high {
-        true => format!("{name} = {low:?}\n"),
-        false => format!("{name} = [{low:?}, {high:?}]\n"),
-    };
+    let parameter = |(name, range): (&&str, &[f64; 2])| format!("{name} = {range:?}\n");
     let parameters: String = NAMES.iter().zip(ranges).map(parameter).collect();
     format!(
         include_str!("patient.toml.in"),

@@ -1,4 +1,4 @@
-//! Posteriors against brute force, with a bad emulator beside.
+//! Posteriors against brute force.
 
 use super::options::{Options, listing, row};
 use super::reference::Reference;
@@ -11,9 +11,6 @@ use sinew_calibrate::{
 };
 use sinew_report::{Block, Cell, Section};
 
-/// Cells of the patient with two unknown parameters, points of the grid along each, and draws that are compared.
-const GRID: ([usize; 3], usize, usize) = ([2, 16, 8], 50, 2400);
-const QUICK_GRID: ([usize; 3], usize, usize) = ([2, 8, 5], 16, 800);
 /// Patients, solves of importance sampling for each, and draws that are compared.
 const IMPORTANCE: (u64, usize, usize) = (3, 20_000, 4800);
 const QUICK_IMPORTANCE: (u64, usize, usize) = (1, 300, 240);
@@ -27,30 +24,6 @@ const HEAD: [&str; 8] = [
     "solves",
     "time [s]",
 ];
-
-/// Two parameters against a grid of solves.
-pub(super) fn grid(options: &Options) -> Result<Section> {
-    let (cells, points, draws) = if options.quick { QUICK_GRID } else { GRID };
-    let patient = coverage::of_two(options.seed, cells)?;
-    let prepared = patient.file.prepare()?;
-    let model = prepared.patient().map_err(|reason| anyhow!(reason))?;
-    let file = options.out.join("grid.json");
-    let reference = program::kept(&file, options.resume, || {
-        Ok(Reference::grid(&prepared.problem, &model, points))
-    })?;
-    let text = said(&format!("{points} × {points} solves on a grid"), &prepared, &reference);
-    let good = settings(options, draws);
-    // Few points, straight lines: the first round alone shows it, five correct or refuse it.
-    let bad = CalibrateOptions { starts: 1, design: 12, degree: 1, ..good };
-    let cases = [
-        ("emulator as it is", good),
-        ("12 points, degree 1, one round", CalibrateOptions { rounds: 1, ..bad }),
-        ("12 points, degree 1", bad),
-    ];
-    let compare = |(name, settings)| compared(name, &prepared, &model, &settings, &reference);
-    let rows = cases.into_iter().map(compare).collect::<Result<_>>()?;
-    Ok(section("grid", "Two parameters against a grid", vec![text], rows))
-}
 
 /// Four parameters against importance sampling.
 pub(super) fn importance(options: &Options) -> Result<Section> {
@@ -67,31 +40,21 @@ pub(super) fn importance(options: &Options) -> Result<Section> {
             let (mode, _) = check_identifiability(problem, &mut search)?;
             Reference::importance(problem, &model, &mode, solves, options.seed)
         })?;
-        let name = format!("patient {number}");
-        let what = format!("{name}: {solves} solves of importance sampling");
-        texts.push(said(&what, &prepared, &reference));
-        rows.push(compared(&name, &prepared, &model, &settings(options, draws), &reference)?);
+        let Reference { failed, share, seconds, .. } = &reference;
+        let (name, nodes) = (format!("patient {number}"), prepared.body.nodes);
+        texts.push(format!(
+            "{name}: {solves} solves of importance sampling on {nodes} nodes, {failed} without an answer, effective share {share:.3}, {seconds:.0} s."
+        ));
+        let (seed, steps) = (options.seed, 2 * draws);
+        let settings = CalibrateOptions { seed, draws, steps, ..CalibrateOptions::default() };
+        rows.push(compared(&name, &prepared, &model, &settings, &reference)?);
     }
-    Ok(section("importance", "Four parameters against importance sampling", texts, rows))
-}
-
-fn settings(options: &Options, draws: usize) -> CalibrateOptions {
-    CalibrateOptions { seed: options.seed, draws, steps: 2 * draws, ..CalibrateOptions::default() }
-}
-
-fn said(what: &str, prepared: &Prepared, reference: &Reference) -> String {
-    let Reference { failed, share, seconds, .. } = reference;
-    let nodes = prepared.body.nodes;
-    let text = format!(
-        "{what} on {nodes} nodes, {failed} without an answer, effective share {share:.3}, {seconds:.0} s."
-    );
-    println!("{text}");
-    text
-}
-
-fn section(name: &str, title: &str, texts: Vec<String>, rows: Vec<Vec<Cell>>) -> Section {
     let listing = listing("Largest distances over the parameters", "posterior", &HEAD, rows);
-    Section { name: name.into(), title: title.into(), blocks: vec![Block::List(texts), listing] }
+    Ok(Section {
+        name: "importance".into(),
+        title: "Four parameters against importance sampling".into(),
+        blocks: vec![Block::List(texts), listing],
+    })
 }
 
 fn compared(

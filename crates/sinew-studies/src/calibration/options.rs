@@ -9,7 +9,7 @@ use std::path::PathBuf;
 #[derive(Parser, Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[command(name = "cargo xtask reproduce-calibration", version, max_term_width = 110)]
 pub struct Options {
-    /// Same code on three patients and coarse grids: a check, not a result
+    /// Same code on three patients and few draws: a check, not a result
     #[arg(long)]
     pub quick: bool,
     /// Patients of the coverage study
@@ -34,8 +34,6 @@ pub struct Options {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Part {
-    /// Two parameters against a grid of solves, also with a poor emulator.
-    Grid,
     /// Four parameters against importance sampling.
     Importance,
     /// Intervals of patients that nothing was tuned for.

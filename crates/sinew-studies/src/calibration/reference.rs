@@ -12,8 +12,6 @@ use std::time::Instant;
 
 /// Bins of equal probability for the total variation: 2400 exact draws leave about .03.
 const BINS: usize = 12;
-/// Points that each cell of a grid is spread over, along each parameter.
-const WITHIN: usize = 8;
 /// Degrees of freedom of the proposals of importance sampling, and their standard deviations over those of the Laplace approximation.
 const FREEDOM: usize = 5;
 const INFLATION: f64 = 1.2;
@@ -35,37 +33,6 @@ pub(super) struct Reference {
 }
 
 impl Reference {
-    /// Likelihood on a grid over two parameters whose priors are uniform in the logarithm.
-    pub(super) fn grid(problem: &Problem, model: &dyn Forward, points: usize) -> Self {
-        let clock = Instant::now();
-        let logs: Vec<[f64; 2]> =
-            problem.unknowns.iter().map(|u| u.prior.range().map(f64::ln)).collect();
-        let place = |parameter: usize, at: f64| {
-            let [low, high] = logs[parameter];
-            low + (high - low) * at / points as f64
-        };
-        let solve = |number: usize| {
-            let cell = [number / points, number % points];
-            let y: Vec<f64> = (0..2)
-                .map(|i| problem.unknowns[i].prior.coordinate(place(i, cell[i] as f64 + 0.5).exp()))
-                .collect();
-            let found = weight(problem, model, &y);
-            found.map(|height| height + 0.5 * y.iter().map(|y| y * y).sum::<f64>())
-        };
-        let found: Vec<_> = (0..points * points).into_par_iter().map(solve).collect();
-        let failed = found.iter().filter(|height| height.is_none()).count();
-        let spread = (0..points * points).flat_map(|number| {
-            let height = found[number].unwrap_or(f64::NEG_INFINITY);
-            (0..WITHIN * WITHIN).map(move |k| {
-                let part = |k: usize| (k as f64 + 0.5) / WITHIN as f64;
-                let at = [(number / points, k / WITHIN), (number % points, k % WITHIN)];
-                (at.map(|(cell, k)| cell as f64 + part(k)), height)
-            })
-        });
-        let samples = spread.map(|(at, height)| (vec![place(0, at[0]), place(1, at[1])], height));
-        Self::new(samples.collect(), (found.len(), failed), clock)
-    }
-
     /// Importance sampling with draws of Student's t about a mode.
     pub(super) fn importance(
         problem: &Problem,

@@ -1,5 +1,5 @@
 //! Products of matrices inside the Newton–Schulz iteration against plain sums. Miri interprets these tests, on several
-//! sets of instructions (`cargo xtask miri`).
+//! sets of instructions (docs/architecture.md, *Where things go*).
 
 use sinew_gnn::fused::orthogonalise;
 
