@@ -10,7 +10,6 @@ mod reference;
 use crate::program::Growing;
 use anyhow::Result;
 use options::{Options, Part};
-use sinew_report::Section;
 use std::path::PathBuf;
 
 /// Runs all parts that are asked for and writes the report, anew after each; the path of `report.html`.
@@ -23,10 +22,11 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
     let size = (options.seed, options.quick);
     let mut growing = Growing::new(names, size, options, |_| String::new())?;
     let mut page = options.out.join("report.html");
-    let parts: [(Part, fn(&Options) -> Result<Section>); 2] =
-        [(Part::Coverage, coverage::section), (Part::Importance, exactness::importance)];
-    for (_, section) in parts.into_iter().filter(|(part, _)| options.wants(*part)) {
-        page = growing.add(section(options)?, &options.out)?;
+    if options.wants(Part::Coverage) {
+        page = growing.add(coverage::section(options)?, &options.out)?;
+    }
+    if options.wants(Part::Importance) {
+        page = growing.add(exactness::importance(options)?, &options.out)?;
     }
     Ok(page)
 }
