@@ -20,7 +20,7 @@ impl Solver<'_> {
     /// The equilibrium for θ, starting from the reference configuration.
     ///
     /// # Errors
-    /// θ that makes no sense, or [`SolveError::NotConverged`].
+    /// θ that makes no sense, or [`SolveError::NotConverged`](crate::SolveError::NotConverged).
     #[doc(alias("Newton-Raphson", "line search"))]
     pub fn solve(&mut self, theta: &[f64], options: &Options) -> Result<Solution> {
         let rest = self.system.rest();
