@@ -94,10 +94,11 @@ fn unpack(package: &Package, packages: &Path, trial: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Requires the files that programs of a folder name as their modules.
+/// Requires the files that programs of a folder, and of those in it, name as their modules.
 fn modules(folder: &Path) -> Result<()> {
     for entry in std::fs::read_dir(folder).into_iter().flatten() {
         let file = entry?.path();
+        modules(&file)?;
         let text = std::fs::read_to_string(&file).unwrap_or_default();
         for named in text.split("#[path = \"").skip(1).filter_map(|rest| rest.split('"').next()) {
             let (file, found) = (file.display(), folder.join(named).exists());

@@ -18,4 +18,5 @@ mod regression;
 mod simulations;
 mod spread;
 mod stored;
+mod stored_runs;
 mod to_an_accuracy;

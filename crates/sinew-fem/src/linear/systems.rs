@@ -91,18 +91,17 @@ impl System<'_> {
     }
 
     /// Change of the free displacements that balances forces, by the stiffness that was assembled last; `None` where that is not positive definite.
+    /// Conjugate gradients leave a residual of `tolerance` times the forces.
     pub(crate) fn definite_response(&mut self, forces: &[f64], tolerance: f64) -> Option<Vec<f64>> {
-        let mut change: Vec<f64> = forces.iter().map(|f| -f).collect();
         if self.method == Method::Aggregation {
+            let right: Vec<f64> = forces.iter().map(|f| -f).collect();
             self.aggregation.drop_hierarchy();
-            return self.iterate(&change, tolerance, 1).map(|(change, _)| change);
+            return self.iterate(&right, tolerance, 1).map(|(change, _)| change);
         }
         self.iterates = false;
         let definite = self.factor.definite(&self.sparsity, &self.assembly.matrix);
-        definite.then(|| {
-            self.factor.solve(&mut change);
-            change
-        })
+        let solved = definite.then(|| self.solve(forces, 0.0).ok()).flatten();
+        solved.map(|(change, _)| change)
     }
 
     /// Solves with the stiffness and the shift of the last [`System::iterate`].
@@ -189,7 +188,7 @@ impl System<'_> {
 #[non_exhaustive]
 pub enum Method {
     /// [`Method::Aggregation`] for compact bodies from some 9000 nodes on: 20 000 unknowns, and a factor of more than 400 entries per unknown. Slender
-    /// bodies, whose factors are cheap, take [`Method::Factor`]; so do those whose K/μ at rest costs more iterations than a factor, but in single precision.
+    /// bodies, whose factors are cheap, take [`Method::Factor`]. So do those whose K/μ at rest makes conjugate gradients dearer than a factor, in single precision.
     #[default]
     Automatic,
     /// A sparse Cholesky factor of each stiffness.
