@@ -18,11 +18,11 @@ const QUASI_NEWTON: [usize; 2] = [9, 27];
 /// Largest error that quasi-Newton steps are to leave. The length of a linear step tells less of larger ones: a thin strip that rotates had
 /// an error of 2.4e-2 for an estimate of 1.4e-2.
 const LINEAR: f64 = 2e-3;
-/// Residual \[relative to loads and reactions\] at which Newton's method leaves the rest to quasi-Newton steps with its last stiffness, and
-/// that of bodies of so many unknowns, whose Newton steps are expensive: their answers take 0.75 instead of 0.97 of a sweep at 1e-4, with the same errors.
-const RESIDUAL: f64 = 1e-9;
-const RESIDUAL_OF_LARGE: f64 = 1e-4;
+/// Unknowns of a large body.
 const LARGE_SYSTEM: usize = 20_000;
+/// Residual \[relative to loads and reactions\] at which Newton's method leaves the rest to quasi-Newton steps with its last stiffness:
+/// answers of large bodies take 0.75 instead of 0.97 of a sweep at 1e-4 that they take with 1e-9, those of a small ventricle 0.95 of the time, with the same errors.
+const RESIDUAL: f64 = 1e-4;
 
 /// Parameter sets and displacement components from which on a regression of the answers pays. Its fit costs about as much
 /// as a hundred answers of a ventricle with 1500 nodes.
@@ -175,8 +175,8 @@ struct Stepping {
     pairs: Pairs,
 }
 
-/// Answers of a chain, and the errors of their predictions.
-type Chained = (Vec<(usize, Result<Answer>)>, Vec<Defect>);
+/// Answers of a chain, none where the solver is to begin elsewhere, and the errors of their predictions.
+type Chained = (Vec<(usize, Option<Result<Answer>>)>, Vec<Defect>);
 
 /// Initial guesses by a method, and the tolerance of the answers that begin at them.
 #[derive(Clone, Copy)]
@@ -226,9 +226,12 @@ impl Found<'_> {
             let chain = |cases: &[usize]| self.chain(cases, guess, &known);
             let mut steps = 0;
             for (answers, defects) in try_in_parallel(cases.chunks(CHAIN), chain)? {
-                let answered = answers.iter().filter_map(|(_, answer)| answer.as_ref().ok());
+                let answered =
+                    answers.iter().filter_map(|(_, answer)| answer.as_ref()?.as_ref().ok());
                 steps += answered.map(|answer| answer.steps).sum::<usize>();
-                answers.into_iter().for_each(|(case, answer)| self.answers[case] = Some(answer));
+                let open = answers.iter().filter(|(_, answer)| answer.is_none()).count();
+                steps += open * Options::default().iterations_per_load;
+                answers.into_iter().for_each(|(case, answer)| self.answers[case] = answer);
                 known.extend(defects);
             }
             known.truncate(MOST_LEARNED);
@@ -261,7 +264,7 @@ impl Found<'_> {
                     None => vec![0.0; self.body.prescribed.len()],
                 };
                 let mut answer = self.stepped(solver, &near, theta, &mut stepping)?;
-                if let Ok(answer) = &mut answer {
+                if let Some(Ok(answer)) = &mut answer {
                     if let Some(predicted) = predicted.filter(|_| guess.learns_from(answer)) {
                         let field = difference(&answer.displacement, &predicted);
                         own.push(Defect { place, field });
@@ -272,24 +275,24 @@ impl Found<'_> {
                     }
                     answer.seconds = start.elapsed().as_secs_f64();
                 }
-                found.push((case, answer.map(|answer| answer.descended(guess.jumped))));
+                let marked = |answer: Result<Answer>| answer.map(|it| it.descended(guess.jumped));
+                found.push((case, answer.map(marked)));
             }
             Ok((found, own))
         })
     }
 
     /// Answer by quasi-Newton steps with a neighbour's stiffness, else by the solver from where they end, whose last stiffness leaves the rest
-    /// to such steps. With few sets, Newton steps that contract come before, and a far prediction goes to the solver at once.
+    /// to such steps; none where this search fails, for a sweep begins at a neighbour's solution. With few sets, Newton steps that contract come before, and a far prediction goes to the solver at once.
     fn stepped(
         &self,
         solver: &mut Solver<'_>,
         predicted: &[f64],
         theta: &[f64],
         stepping: &mut Stepping,
-    ) -> Result<Result<Answer>> {
+    ) -> Result<Option<Result<Answer>>> {
         let mut from = predicted.to_vec();
-        let large = solver.unknowns() >= LARGE_SYSTEM;
-        let most = QUASI_NEWTON[usize::from(large)];
+        let most = QUASI_NEWTON[usize::from(solver.unknowns() >= LARGE_SYSTEM)];
         let stop = Stop::within(stepping.accuracy.min(LINEAR), most);
         if let Some(held) = &stepping.held {
             let contracts = stepping.seen > 0 && similar(held, theta);
@@ -298,7 +301,7 @@ impl Found<'_> {
                 Ok(Refined { displacement, error: Some(error), steps, .. }) => {
                     let fewer = stepping.seen.saturating_sub(1);
                     stepping.seen = if steps >= CHECKED { TRUSTED } else { fewer };
-                    return Ok(Ok(Answer::predicted(displacement, error, 0)));
+                    return Ok(Some(Ok(Answer::predicted(displacement, error, 0))));
                 }
                 // Each step lowers the energy.
                 Ok(refined) => from = refined.displacement,
@@ -310,30 +313,32 @@ impl Found<'_> {
         if self.thetas.len() < FEW {
             let rest = vec![0.0; from.len()];
             if is_far(self.body, &from, theta) {
-                return Ok(exact(solver, &rest, theta, 0));
+                return Ok(Some(exact(solver, &rest, theta, 0)));
             }
             let (answer, taken) = confirmed(solver, &from, theta, (stepping.accuracy, 1))?;
             stepping.held = answer.as_ref().map(|_| theta.to_vec());
             // A descent has lowered the energy of this body.
             let start = if stepping.descends { &from } else { &rest };
-            return Ok(answer.map_or_else(|| exact(solver, start, theta, taken), Ok));
+            return Ok(Some(answer.map_or_else(|| exact(solver, start, theta, taken), Ok)));
         }
-        let minimum_accuracy = if large { RESIDUAL_OF_LARGE } else { RESIDUAL };
-        let options = Options { minimum_accuracy, ..Options::default() };
+        // Without load steps.
+        let options =
+            Options { minimum_accuracy: RESIDUAL, least_load_step: 1.0, ..Options::default() };
         let solved = match solver.solve_from(&from, theta, &options) {
             Ok(solved) => solved,
-            Err(error) => return Ok(Err(error.into())),
+            Err(SolveError::NotConverged(_)) => return Ok(None),
+            Err(error) => return Ok(Some(Err(error.into()))),
         };
         if solved.is_stable() {
             stepping.held = Some(theta.to_vec());
             let found = solver.refine(&solved.displacement, theta, stop)?;
             if let Some(error) = found.error {
                 let answer = Answer::predicted(found.displacement, error, solved.iterations());
-                return Ok(Ok(answer.descended(solved.jumped)));
+                return Ok(Some(Ok(answer.descended(solved.jumped))));
             }
         }
         let found = exact(solver, &solved.displacement, theta, solved.iterations());
-        Ok(found.map(|answer| answer.descended(solved.jumped)))
+        Ok(Some(found.map(|answer| answer.descended(solved.jumped))))
     }
 
     /// Regression for many sets. It is fitted to accurate answers at some sets, refitted as their number doubles, and

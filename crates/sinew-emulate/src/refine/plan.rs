@@ -6,9 +6,7 @@ use crate::refine::{MOST_STEPS, check_accuracy, confirmed};
 use crate::sample::simulate::LARGEST_COMPARED;
 use crate::{Body, Emulator, Result, Warning};
 use serde::{Deserialize, Serialize};
-use sinew_energy::metrics::mean_and_largest;
-use sinew_fem::{CHAIN, LoadSteps, Options, Solution, Solver};
-use sinew_num::difference;
+use sinew_fem::{CHAIN, Options, Solution, Solver};
 
 /// Parameter sets below which no cost is measured, because measuring takes two solves. An emulator answers if there is one,
 /// else the solver.
@@ -24,11 +22,6 @@ pub(crate) const SWEPT: f64 = 4.0;
 
 /// Accuracy of the solution that an expansion is about, where an emulator predicts it first: far below the error of the expansion.
 const CENTRE: f64 = 1e-8;
-
-/// Mean distance of two equilibria of different branches at least [relative to the mean displacement]: far above the residual error of either search.
-const OTHER: f64 = 1e-4;
-/// Residual of equilibria under a part of the load; the last is solved to rounding errors.
-const ON_THE_WAY: f64 = 1e-5;
 
 /// A method that can answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -264,16 +257,11 @@ pub(crate) fn has_branches(emulator: &Emulator<'_>) -> bool {
 }
 
 /// The equilibrium of a rising load in the place of one that jumped, where there is one and the body is not too large for it; and whether
-/// the rising load jumped too, led elsewhere, or was not tried.
+/// answers from it get a mark: under other parameters a rising load may lead to another branch.
 fn risen(solver: &mut Solver<'_>, found: Solution) -> (Vec<f64>, bool) {
     if !found.jumped || solver.unknowns() > LARGEST_COMPARED {
         return (found.displacement, found.jumped);
     }
-    let (load_steps, accuracy) = (LoadSteps::Always, ON_THE_WAY);
-    let rising = Options { load_steps, accuracy, ..Options::default() };
-    let Ok(risen) = solver.solve(&found.theta, &rising) else { return (found.displacement, true) };
-    let mean = |u: &[f64]| mean_and_largest(u)[0];
-    let apart = mean(&difference(&risen.displacement, &found.displacement));
-    let elsewhere = apart > OTHER * mean(&risen.displacement);
-    (risen.displacement, risen.jumped || elsewhere)
+    let risen = solver.under_rising_load(&found, &Options::default(), &mut |_| ());
+    (risen.ok().flatten().unwrap_or(found).displacement, true)
 }

@@ -47,7 +47,7 @@ const SAFETY: f64 = 6.0;
 pub struct Stop {
     /// Number of steps.
     pub steps: usize,
-    /// Residual \[relative to loads and reactions\].
+    /// Residual \[relative to loads and reactions where it began\].
     pub residual: f64,
     /// Estimated error: mean nodal distance to the equilibrium, relative to the mean nodal displacement; `None` estimates none.
     pub error: Option<f64>,
@@ -208,14 +208,14 @@ impl System<'_> {
         if !(at.energy.is_finite() && at.slope.iter().all(|g| g.is_finite())) {
             return Err(inadmissible(body, &at.displacement));
         }
-        let residual_before = norm(&at.slope);
+        let (residual_before, force_scale) = (norm(&at.slope), at.force_scale(potential));
         if !stop.contracts {
             memory.0.clear();
         }
         let mut last = None::<(At, Vec<f64>)>;
         let (mut error, mut lengths, mut forces, mut steps) = (None, Vec::new(), Vec::new(), 0);
         loop {
-            if norm(&at.slope) <= stop.residual * at.force_scale(potential) {
+            if norm(&at.slope) <= stop.residual * force_scale {
                 error = stop.error.map(|_| 0.0);
                 break;
             }
