@@ -475,3 +475,24 @@ fn an_expansion_that_takes_more_steps_than_a_sweep_leaves_the_rest_to_the_solver
         assert!(true_error(&body, theta, &answer.displacement) <= 1e-3, "{theta:?}");
     }
 }
+
+#[test]
+fn sets_whose_search_from_a_prediction_fails_cost_no_more_than_in_a_sweep() {
+    // A plate that hangs in folds from two of its sides.
+    let mesh = box_tetrahedra([58.7, 66.5, 5.07], [7, 7, 2]);
+    let scene = Scene::new(mesh, ByYoungPoisson(NeoHookean))
+        .parameter(Parameter::linear("E", "kPa", 2.92..=9.91))
+        .parameter(Parameter::linear("nu", "1", 0.238..=0.378))
+        .load(Load::BodyForce([-0.132, 0.0, -0.611]))
+        .support(Support::clamped("x_min"))
+        .support(Support::clamped("y_min"));
+    let body = scene.lower().unwrap();
+    let thetas = Design::LatinHypercube.sample(&body.parameters, 60, 1).unwrap();
+    let swept = sweep(&body, &thetas, &Options::default(), || ()).unwrap();
+    let swept: usize = swept.into_iter().map(|solved| solved.unwrap().iterations()).sum();
+    let found = Answers::to(&body, &thetas, 1e-2, None, &mut ()).unwrap();
+    let answers: Vec<Answer> = found.answers.into_iter().map(Result::unwrap).collect();
+    assert!(answers.iter().any(|answer| answer.method == Method::Expansion));
+    let steps: usize = answers.iter().map(|answer| answer.steps).sum();
+    assert!(steps <= swept, "{steps} Newton steps, {swept} in a sweep");
+}
