@@ -62,7 +62,9 @@ pub(crate) fn modes(
         }
     }
     let reason = searches.iter().filter_map(|s| s.reason.clone()).next_back().unwrap_or_default();
-    let mut found: Vec<Mode> = searches.into_iter().filter_map(|s| s.mode(problem)).collect();
+    let found = searches.into_iter().filter_map(|s| s.mode(problem));
+    // Data of 1e160 deviations overflow.
+    let mut found: Vec<Mode> = found.filter(|mode| mode.log_posterior.is_finite()).collect();
     found.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
     if found.is_empty() {
         return Err(CalibrateError::NoStart { starts: count, reason });

@@ -23,6 +23,7 @@ use std::path::Path;
 
 pub use convert::ReadReport;
 pub(crate) use cursor::save;
+pub use cursor::text_of;
 pub use grid::MixedMesh;
 pub use npy::{NpyArray, parse_npy, to_npy, to_npy_of};
 pub(crate) use write::to_xml;

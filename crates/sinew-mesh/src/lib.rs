@@ -110,7 +110,7 @@ pub use geometry::{
 };
 pub use io::{
     DISPLACEMENT, MixedMesh, NpyArray, ReadReport, parse, parse_mesh, parse_npy, read, read_merged,
-    read_mesh, read_npy, to_npy, to_npy_of, to_vtu, write_pvd, write_vtu,
+    read_mesh, read_npy, text_of, to_npy, to_npy_of, to_vtu, write_pvd, write_vtu,
 };
 pub use mesh::{
     Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh,

@@ -3,6 +3,7 @@
 use crate::case::{advise, number_and_unit, stress};
 use sinew_emulate::is_inside;
 use sinew_energy::{Body, Parameter, Unit, Units, requirement};
+use sinew_mesh::text_of;
 use sinew_report::format::trimmed;
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -285,12 +286,15 @@ pub fn read_rows(path: &Path, parameters: &[Parameter]) -> Result<Vec<TableRow>,
     }
 }
 
-/// Text of a table; the reason where there is none. Comments may be in another encoding.
+/// Text of a table; the reason where there is none. Lines may be in Latin-1.
 pub(crate) fn table_text(path: &Path) -> Result<String, String> {
     let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
     match bytes.contains(&0) {
         true => Err("it is not text, or is text in UTF-16, to be saved in UTF-8".into()),
-        false => Ok(String::from_utf8_lossy(&bytes).trim_start_matches('\u{feff}').into()),
+        false => {
+            let lines: Vec<String> = bytes.split(|&byte| byte == b'\n').map(text_of).collect();
+            Ok(lines.join("\n").trim_start_matches('\u{feff}').into())
+        },
     }
 }
 

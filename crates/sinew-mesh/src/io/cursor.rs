@@ -48,7 +48,7 @@ pub(crate) fn save(path: &Path, bytes: &[u8]) -> Result<(), MeshError> {
     std::fs::write(path, bytes).map_err(failed)
 }
 
-/// Longest piece of a file that an error repeats, in bytes.
+/// Longest piece of a file that an error repeats, in characters.
 const EXCERPT: usize = 40;
 
 /// A file without the byte-order mark that some editors put before a text in UTF-8.
@@ -56,9 +56,15 @@ pub(crate) fn without_mark(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
 }
 
+/// Text in UTF-8, or else in Latin-1, so that names of other programs stay apart.
+pub fn text_of(bytes: &[u8]) -> String {
+    let latin = |_| bytes.iter().map(|&byte| char::from(byte)).collect();
+    str::from_utf8(bytes).map_or_else(latin, String::from)
+}
+
 /// The start of a text as errors show it.
 pub(crate) fn excerpt(text: &[u8]) -> String {
-    String::from_utf8_lossy(&text[..text.len().min(EXCERPT)]).into_owned()
+    text_of(text).chars().take(EXCERPT).collect()
 }
 
 impl Refusal {
@@ -199,9 +205,8 @@ impl<'a> Cursor<'a> {
     }
 
     /// The rest of the line as text.
-    pub(super) fn text_line(&mut self, expected: What) -> Result<&'a str> {
-        let line = self.line().ok_or_else(|| Refusal::missing(expected))?;
-        str::from_utf8(line).map_err(|_| Refusal::expected(expected, line))
+    pub(super) fn text_line(&mut self, expected: What) -> Result<String> {
+        self.line().map(text_of).ok_or_else(|| Refusal::missing(expected))
     }
 
     /// The next word, or `None` at the end of the file.

@@ -42,7 +42,7 @@ pub(super) struct Name {
 impl Name {
     pub(super) fn new(word: &[u8]) -> Self {
         let quoted = word.strip_prefix(b"\"").and_then(|word| word.strip_suffix(b"\""));
-        let shown = String::from_utf8_lossy(quoted.unwrap_or(word)).into_owned();
+        let shown = text_of(quoted.unwrap_or(word));
         Self { key: if quoted.is_some() { shown.clone() } else { shown.to_uppercase() }, shown }
     }
 }
@@ -102,8 +102,7 @@ pub(super) fn fields(line: &[u8]) -> impl Iterator<Item = &[u8]> {
 
 /// A word in capitals with single blanks.
 fn capitals(word: &[u8]) -> String {
-    let text = String::from_utf8_lossy(word).to_uppercase();
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
+    text_of(word).to_uppercase().split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 fn options<'a>(fields: impl Iterator<Item = &'a [u8]>) -> impl Iterator<Item = (String, &'a [u8])> {

@@ -66,7 +66,7 @@ fn text(cursor: &mut Cursor<'_>, triangles: &mut Triangles) -> Result<()> {
     while let Some(word) = cursor.word() {
         match word.to_ascii_lowercase().as_slice() {
             b"solid" => {
-                name = String::from_utf8_lossy(cursor.line().unwrap_or_default()).into_owned();
+                name = text_of(cursor.line().unwrap_or_default());
                 solids += 1;
             }
             b"facet" => {

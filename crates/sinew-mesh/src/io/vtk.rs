@@ -335,5 +335,5 @@ pub(crate) fn checked_ends(offsets: &[i64], nodes: usize) -> Result<Vec<usize>> 
 
 /// Name of a field, whose blanks and the like stand as `%20` in files.
 fn decoded(name: &str) -> String {
-    percent_decode_str(name).decode_utf8_lossy().into_owned()
+    text_of(&percent_decode_str(name).collect::<Vec<u8>>())
 }

@@ -3,7 +3,7 @@
 use crate::report::format::digits;
 
 /// Gap between a value and all others, over the range of these, from which on it is doubtful: of one that is there once, and of one that
-/// repeats or has nines only.
+/// repeats, has nines only, or is an output of 0 or −1.
 const FAR: [f64; 2] = [10.0, 0.5];
 /// Distance from the median beyond which a value is not among the others \[interquartile ranges\].
 const APART: f64 = 10.0;
@@ -35,7 +35,8 @@ pub(super) fn doubts(
         let least = others.next()?;
         let most = others.next_back()?;
         let runs: Vec<usize> = (0..values.len()).filter(|&run| values[run] == value).collect();
-        let is_mark = value.abs() >= LEAST_MARK && (value.abs() + 1.0).log10().fract() == 0.0;
+        let has_nines = value.abs() >= LEAST_MARK && (value.abs() + 1.0).log10().fract() == 0.0;
+        let is_mark = has_nines || is_output && [0.0, -1.0].contains(&value);
         let far = FAR[usize::from(is_mark || (is_output && runs.len() > 1))];
         (most > least && (least - value).max(value - most) > far * (most - least)).then(|| {
             let (first, more) = (said(runs[0]), runs.len() - 1);

@@ -372,6 +372,9 @@ fn marks_of_failed_runs_are_told_with_their_rows() {
         }
     }
     assert_eq!(told("0", &[3, 9, 11], volume).len(), 1, "zeros");
+    for mark in ["0", "-1"] {
+        assert_eq!(told(mark, &[6], volume).len(), 1, "{mark}");
+    }
     let found = told("-9999", &[4], |i| 300.0 * i);
     assert!(found[0].contains("volume is −9999 in line 5, far from all others"), "{found:?}");
     let smooth: [fn(f64) -> f64; 5] =
@@ -393,4 +396,21 @@ fn marks_of_failed_runs_are_told_with_their_rows() {
     let runs = Runs::new(&heads, thetas, vec![output], |run| format!("run {run}")).unwrap();
     let [one] = &runs.warnings[..] else { panic!("{:?}", runs.warnings) };
     assert!(one.contains("displacement is −9999 in run 5"), "{one}");
+}
+
+#[test]
+fn failed_runs_and_outputs_worse_than_their_mean_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("runs.csv");
+    let row = |i: usize| match i {
+        5 => "5,0,diverged\n".to_string(),
+        _ => format!("{i},{},\n", [3, 9, 1, 8, 0, 2, 9, 1, 7, 2, 8, 3, 9, 1][i - 1]),
+    };
+    let text = (1..=14).map(row).collect::<String>();
+    std::fs::write(&path, format!("x,volume,Failure\n{text}")).unwrap();
+    let runs = Runs::read_table(&path, "x", Some("volume")).unwrap();
+    assert!(runs.warnings[0].contains("1 failed runs are left out"), "{:?}", runs.warnings);
+    let warnings = runs.fit(&mut ()).unwrap().warnings;
+    let told = |warning: &String| warning.contains("predictions of volume are worse than its mean");
+    assert!(warnings.iter().any(told), "{warnings:?}");
 }

@@ -44,6 +44,14 @@ fn the_verdict_names_the_number_that_decides() {
 }
 
 #[test]
+fn data_whose_misfits_overflow_are_an_error() {
+    let problem = Problem::new(unknowns(), vec![volume(4, 1e3, 1e-170)], Vec::new()).unwrap();
+    let mut solves = Solves::new(&Sphere);
+    let refused = check_identifiability(&problem, &mut solves);
+    assert!(matches!(refused, Err(CalibrateError::NoStart { .. })), "{refused:?}");
+}
+
+#[test]
 fn one_verdict_in_a_hundred_refuses_the_right_model() {
     let wrong =
         (0..200).filter(|seed| verdict(data(1000 + seed, 1.0), Vec::new()).0 == Verdict::DoesNot);
