@@ -1,6 +1,6 @@
 //! Lines of Abaqus and CalculiX files: keywords with their options, the data behind them, and sets of nodes and elements.
 
-use super::cursor::{Cursor, Fault, Result, number};
+use super::cursor::{Cursor, Fault, Result, number, text_of};
 use crate::Refusal;
 use sinew_num::ascending;
 use std::cell::Cell;

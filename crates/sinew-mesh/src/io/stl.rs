@@ -1,7 +1,7 @@
 //! STL files: triangles without a common list of points, as text or binary (3D Systems, "StereoLithography Interface
 //! Specification", 1989; binary files are little endian).
 
-use super::cursor::{Cursor, Fault, Result, without_mark};
+use super::cursor::{Cursor, Fault, Result, text_of, without_mark};
 use super::grid::MixedMesh;
 use crate::{Place, Refusal};
 use std::collections::HashMap;

@@ -2,7 +2,7 @@
 //! their number, 5.1 has OFFSETS and CONNECTIVITY (VTK User's Guide, "VTK File Formats", and
 //! "VTK XML/legacy file formats 5.1" of the VTK documentation).
 
-use super::cursor::{Cursor, Encoding, Fault, Result, number};
+use super::cursor::{Cursor, Encoding, Fault, Result, number, text_of};
 use super::grid::MixedMesh;
 use super::number::NumberType;
 use super::polydata::{CellList, LISTS, PolyData};
