@@ -294,7 +294,7 @@ pub(crate) fn table_text(path: &Path) -> Result<String, String> {
         false => {
             let lines: Vec<String> = bytes.split(|&byte| byte == b'\n').map(text_of).collect();
             Ok(lines.join("\n").trim_start_matches('\u{feff}').into())
-        },
+        }
     }
 }
 

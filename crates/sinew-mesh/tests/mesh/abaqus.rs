@@ -342,3 +342,16 @@ fn what_cannot_be_read_says_where_and_what_to_do() {
     assert_refused("** nothing\n1, 2\n", &["line 2", "a keyword such as *NODE"]);
     assert_refused("*NODE\n1, 0, 0, 0\n", &["no tetrahedra"]);
 }
+
+#[test]
+fn names_in_latin_1_stay_apart() {
+    let latin = |text: String| text.chars().map(|letter| letter as u8).collect::<Vec<u8>>();
+    let text = format!("{CORNER}*NSET, NSET=Lamé\n1\n*NSET, NSET=Lamè\n2\n");
+    let mesh = parse_mesh::<4>("test", &latin(text)).unwrap().0;
+    assert_eq!((&mesh.node_sets["Lamé"][..], &mesh.node_sets["Lamè"][..]), (&[0][..], &[1][..]));
+    let gmsh = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n0 1 \"Lamé\"\n$EndPhysicalNames\n\
+        $Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n\
+        $Elements\n2\n1 15 2 1 1 2\n2 4 2 2 2 1 2 3 4\n$EndElements\n";
+    let mesh = parse_mesh::<4>("test", &latin(gmsh.into())).unwrap().0;
+    assert_eq!(mesh.node_sets["Lamé"], [1]);
+}

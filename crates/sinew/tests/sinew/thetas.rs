@@ -84,6 +84,15 @@ fn mistakes_in_tables_are_told_with_file_line_and_remedy() {
     ] {
         assert_eq!(read(&text).unwrap(), expected, "{}", String::from_utf8_lossy(&text));
     }
+    // Names in Latin-1 are what they were.
+    let told = read(
+        format!("m\u{fc},{names}\n9,{row}\n")
+            .chars()
+            .map(|c| c as u8)
+            .collect::<Vec<_>>()
+            .as_slice(),
+    );
+    assert!(told.unwrap_err().to_string().contains("`m\u{fc}`"));
     assert!(read(format!("# other\n{row}\n").as_bytes()).is_err());
     let told = read_rows(Path::new("none.csv"), &parameters).unwrap_err().to_string();
     faults.judge(&told, "no file", &["none.csv", "CSV table", "mu=8,lambda=8,p=1"]);
