@@ -5,8 +5,8 @@
 ///
 /// ```
 /// let curve = sinew_calibrate::Klotz::through(12.0, 140.0).expect("a pressure and a volume");
-/// assert!((curve.pressure(140.0) - 12.0).abs() < 0.1);
-/// assert!((curve.pressure(curve.at_30) - 30.0).abs() < 1e-9);
+/// assert!((curve.volume(12.0) - 140.0).abs() < 0.5);
+/// assert!((curve.volume(30.0) - curve.at_30).abs() < 1e-9);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Klotz {
@@ -37,8 +37,8 @@ impl Klotz {
         usable.then_some(Self { unloaded, at_30, alpha, beta })
     }
 
-    /// Pressure \[mmHg\] at a volume.
-    pub fn pressure(&self, volume: f64) -> f64 {
-        self.alpha * volume.powf(self.beta)
+    /// Volume at a pressure \[mmHg\]; the unloaded one at 0.
+    pub fn volume(&self, pressure: f64) -> f64 {
+        if pressure > 0.0 { (pressure / self.alpha).powf(self.beta.recip()) } else { self.unloaded }
     }
 }

@@ -267,6 +267,11 @@ impl RunsEmulator {
         let names: Vec<&str> = parameters.iter().map(|parameter| &parameter.name[..]).collect();
         let mut warnings = doubts(&points, &names);
         warnings.extend(met_exactly(&points, &names, &left_out));
+        let useless = left_out.iter().filter(|left| left.r_squared() <= 0.0);
+        warnings.extend(useless.map(|left| {
+            let (name, share) = (&left.name, left.r_squared());
+            format!("predictions of {name} are worse than its mean (R² {share:.2}); look for failed runs, other units and parameters that are missing")
+        }));
         for concern in &warnings {
             let (stage, concern) = (STAGE.into(), concern.clone());
             observer.warning(&Warning::Training { stage, concern });

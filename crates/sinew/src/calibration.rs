@@ -190,7 +190,7 @@ impl Curve {
             "pressure [mmHg],volume 2.5 % [mL],volume 50 % [mL],volume 97.5 % [mL],Klotz [mL]\n",
         );
         for (pressure, [low, middle, high]) in self.pressures.iter().zip(&self.volumes) {
-            let klotz = self.klotz.map_or(String::new(), |k| inverse(&k, *pressure).to_string());
+            let klotz = self.klotz.map_or(String::new(), |k| k.volume(*pressure).to_string());
             let _ = writeln!(text, "{pressure},{low},{middle},{high},{klotz}");
         }
         text
@@ -211,11 +211,6 @@ fn end(found: &[Reached]) -> (usize, Option<String>) {
         )
     });
     (reached, end)
-}
-
-/// Volume of Klotz's curve at a pressure; the unloaded one at 0.
-fn inverse(klotz: &Klotz, pressure: f64) -> f64 {
-    if pressure > 0.0 { (pressure / klotz.alpha).powf(1.0 / klotz.beta) } else { klotz.unloaded }
 }
 
 /// Measured volumes of a cavity with their pressures \[mL, mmHg\].

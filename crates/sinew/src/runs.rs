@@ -53,14 +53,7 @@ impl Runs {
             observer.warning(&Warning::Training { stage, concern });
         }
         let mut fitted = RunsEmulator::fit(parameters, &thetas, &outputs, mesh, observer)?;
-        let useless = fitted.left_out().iter().filter(|left| left.r_squared() <= 0.0).map(|left| {
-            format!("predictions of {} are worse than its mean (R² {:.2}); look for failed runs, other units and parameters that are missing", left.name, left.r_squared())
-        });
-        let useless: Vec<String> = useless.collect();
-        for concern in &useless {
-            observer.warning(&Warning::Training { stage: "runs".into(), concern: concern.clone() });
-        }
-        fitted.warnings.splice(0..0, warnings.into_iter().chain(useless));
+        fitted.warnings.splice(0..0, warnings);
         Ok(fitted)
     }
 

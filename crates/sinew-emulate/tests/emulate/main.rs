@@ -9,6 +9,7 @@ mod converge;
 mod coordinates;
 mod designs;
 mod estimates;
+mod left_to_a_sweep;
 mod motions;
 mod no_potential;
 mod processes;

@@ -1,6 +1,6 @@
 //! Report of a calibration.
 
-use super::{Curve, LINEARISED, inverse, measured, parameter_in_words, verdict, volumes_in_words};
+use super::{Curve, LINEARISED, measured, parameter_in_words, verdict, volumes_in_words};
 use crate::locking_in_words;
 use crate::patient::Prepared;
 use sinew_calibrate::{PatientStates, Posterior};
@@ -76,7 +76,7 @@ fn curve_block(curve: &Curve, prepared: &Prepared, posterior: &Posterior) -> Blo
         chart.series.push(Series::new(name, Style::Line, points));
     }
     if let Some(klotz) = curve.klotz {
-        let points = curve.pressures.iter().map(|p| [inverse(&klotz, *p), *p]);
+        let points = curve.pressures.iter().map(|p| [klotz.volume(*p), *p]);
         let name = "Klotz et al. 2006, through the last datum";
         chart = chart.with(Series::new(name, Style::Line, points));
     }

@@ -33,9 +33,8 @@ impl<'a> Table<'a> {
                 count if count == cells.len() => {
                     let mut pairs = table.heads.iter().zip(&cells);
                     let is_word = |cell: &String| !cell.is_empty() && cell.parse::<f64>().is_err();
-                    match pairs
-                        .any(|(head, cell)| head.eq_ignore_ascii_case(FAILURE) && is_word(cell))
-                    {
+                    let is_reason = |head: &String| head.eq_ignore_ascii_case(FAILURE);
+                    match pairs.any(|(head, cell)| is_reason(head) && is_word(cell)) {
                         true => table.failed.push(line),
                         false => table.rows.push((line, cells)),
                     }
