@@ -151,12 +151,11 @@ pub fn check_identifiability(
 ) -> Result<(Mode, Identifiability)> {
     let middle = vec![0.0; problem.unknowns.len()];
     let mut mode = mode::modes(problem, solves, vec![middle])?.remove(0);
-    let mut seen = Identifiability::new(problem, &mode.information);
-    if seen.fit(problem, &mode)[0] < UNLIKELY {
+    if Identifiability::fit(problem, &mode)[0] < UNLIKELY {
         let starts = starts(problem, &CalibrateOptions::default());
         mode = mode::modes(problem, solves, starts)?.remove(0);
-        seen = Identifiability::new(problem, &mode.information);
     }
+    let seen = Identifiability::new(problem, &mode);
     Ok((mode, seen))
 }
 

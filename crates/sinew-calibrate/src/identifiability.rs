@@ -9,6 +9,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 const UNIDENTIFIED: f64 = 0.9;
 /// Ratio of posterior to prior standard deviation, up to which the data determine a parameter.
 const IDENTIFIED: f64 = 0.5;
+/// Slope of a logarithm by its coordinate in the middle of a range, over that at an end, at most: far beyond any mode's.
+const STEEPEST: f64 = 1e6;
 /// Component of a unit direction above which its parameter is named.
 const NAMED: f64 = 0.3;
 
@@ -69,10 +71,14 @@ impl Identified {
 }
 
 impl Identifiability {
-    /// Identifiability from the information in the coordinates of a problem.
-    pub fn new(problem: &Problem, information: &DMatrix<f64>) -> Self {
-        let count = information.nrows();
-        let eigen = SymmetricEigen::new(information.clone());
+    /// Identifiability from the information at a mode, along the logarithms of the parameters: near an end of a range these move far less
+    /// with the coordinates of the problem.
+    pub fn new(problem: &Problem, mode: &Mode) -> Self {
+        let count = problem.unknowns.len();
+        let slope = |at: usize, y: f64| problem.unknowns[at].prior.logarithm(y)[1];
+        let scale = |at: usize| (slope(at, 0.0) / slope(at, mode.y[at])).min(STEEPEST);
+        let scaled = |i, j| scale(i) * scale(j) * mode.information[(i, j)];
+        let eigen = SymmetricEigen::new(DMatrix::from_fn(count, count, scaled));
         let mut order: Vec<usize> = (0..count).collect();
         order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
         let spectrum: Vec<f64> = order.iter().map(|&at| eigen.eigenvalues[at].max(0.0)).collect();
@@ -93,8 +99,10 @@ impl Identifiability {
     }
 
     /// Probability, by the stated noise, of squared misfits at a mode whose sum is larger, and the degrees of freedom that the parameters leave.
-    pub(crate) fn fit(&self, problem: &Problem, mode: &Mode) -> [f64; 2] {
-        let fitted: f64 = self.spectrum.iter().map(|value| value / (1.0 + value)).sum();
+    pub(crate) fn fit(problem: &Problem, mode: &Mode) -> [f64; 2] {
+        let spectrum = mode.information.symmetric_eigenvalues();
+        let fitted: f64 =
+            spectrum.iter().map(|value| value.max(0.0) / (1.0 + value.max(0.0))).sum();
         let left = problem.data.len() as f64 - fitted;
         let squares = problem.squares(&mode.y, &mode.observed.values);
         [ChiSquared::new(left).map_or(1.0, |chi| chi.sf(squares)), left]
@@ -102,7 +110,7 @@ impl Identifiability {
 
     /// Verdict at the mode of [`check_identifiability`](crate::check_identifiability), and a sentence with the number that decides.
     pub fn verdict(&self, problem: &Problem, mode: &Mode) -> (Verdict, String) {
-        let [p, left] = self.fit(problem, mode);
+        let [p, left] = Self::fit(problem, mode);
         let (identified, count, best) =
             (self.identified(), self.names.len(), narrowing(self.spectrum[0]));
         let stated = (0..problem.data.len()).any(|datum| problem.factor_of(datum).is_none());

@@ -54,7 +54,7 @@ impl Posterior {
         let pairs = coordinates.pooled().zip(observed.pooled());
         let pairs: Vec<_> = pairs.map(|(y, o)| (y.as_slice(), o.as_slice())).collect();
         Self {
-            identifiability: Identifiability::new(problem, &mode.information),
+            identifiability: Identifiability::new(problem, mode),
             predictive: Predictive::new(problem, &pairs),
             correction: Correction { acceptance, ..correction },
             problem: problem.clone(),

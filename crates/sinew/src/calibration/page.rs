@@ -1,10 +1,10 @@
 //! Report of a calibration.
 
 use super::{Curve, LINEARISED, measured, parameter_in_words, verdict, volumes_in_words};
-use crate::locking_in_words;
+use crate::case::{locking_at_most, locking_in_words};
 use crate::patient::Prepared;
 use sinew_calibrate::{PatientStates, Posterior};
-use sinew_fem::{Unloaded, locking};
+use sinew_fem::Unloaded;
 use sinew_report::format::{seconds, trimmed};
 use sinew_report::{
     Block, Cell, Chart, Provenance, Report, Section, Series, Style, Surfaces, density,
@@ -47,10 +47,10 @@ pub fn report(
     report
 }
 
-/// Warning that the cells of a patient's body are too stiff at its last phase, if they are.
+/// Warning that the cells of a patient's body are too stiff in the phase that moves it most, if they are.
 pub fn too_stiff(states: &PatientStates) -> Option<String> {
-    let phase = states.phases.last()?;
-    let found = locking(&states.rest, &phase.theta, &phase.displacement).ok().flatten();
+    let phases = states.phases.iter().map(|phase| (&phase.theta, &phase.displacement[..]));
+    let found = locking_at_most(&states.rest, phases).ok().flatten();
     found.as_ref().map(locking_in_words)
 }
 

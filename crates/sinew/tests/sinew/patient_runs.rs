@@ -46,6 +46,11 @@ fn the_program_makes_data_and_their_posterior() {
     assert_eq!(code, Some(4), "{told}");
     assert!(told.starts_with("the model does not calibrate these data: misfits"), "{told}");
     assert!(told.contains("phase low: p = 3 kPa") && told.contains("error: the check"), "{told}");
+    // A last phase without load does not hide what the cells lose.
+    let free = text.replace("\"3 mmHg\"", "\"0 mmHg\"");
+    std::fs::write(folder.path().join("free.toml"), free).unwrap();
+    let (_, told) = run(&["calibrate", "free.toml", "--check"]);
+    assert!(told.contains("p = 0 kPa") && told.contains("too stiff"), "{told}");
     for words in [
         "phase high: p = 2.133 kPa = 16 mmHg",
         "segments: 1-1",

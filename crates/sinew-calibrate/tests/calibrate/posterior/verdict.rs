@@ -60,3 +60,19 @@ fn one_verdict_in_a_hundred_refuses_the_right_model() {
     println!("{wrong} of 200");
     assert!(wrong <= 7, "{wrong}");
 }
+
+#[test]
+fn a_parameter_near_the_end_of_its_range_is_identified_as_in_the_middle() {
+    let exact = Sphere.observe(&truth(), false).unwrap().values;
+    let left = |low, high| {
+        let b = Prior::LogUniform { range: [4.99, 5.01] };
+        let a = Prior::LogUniform { range: [low, high] };
+        let unknowns = vec![Unknown::new("a", "kPa", a), Unknown::new("b", "", b)];
+        let data = [1, 3, 4].map(|at| volume(at, exact[at], 0.001 * exact[at]));
+        let problem = Problem::new(unknowns, data.to_vec(), Vec::new()).unwrap();
+        check_identifiability(&problem, &mut Solves::new(&Sphere)).unwrap().1.contraction[0]
+    };
+    // The same width of the range; the mode is 0.1 % of it from an end, where its coordinate is 3.
+    let [middle, end] = [left(0.08, 0.78), left(0.0256, 0.2506)];
+    assert!((end / middle).ln().abs() < 0.2, "{middle} {end}");
+}
