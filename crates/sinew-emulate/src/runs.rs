@@ -20,9 +20,6 @@ use std::sync::{Mutex, PoisonError};
 
 /// Share of unseen values that intervals are made to hold.
 const COVERAGE: f64 = 0.95;
-/// Numerator of the share by which intervals of few runs are wider, since their lengths and trends are unknown: without it 8 to 30 random runs of ten functions hold
-/// 0.91 to 0.93 of unseen values, with it 0.94 to 0.95.
-const UNKNOWN: f64 = 5.0;
 /// Half-width of a 95 % interval of a normal distribution \[standard deviations\].
 const NORMAL_WIDTH: f64 = 1.96;
 /// Error over deviation that is rounding, and levels that a polynomial meets exactly.
@@ -93,9 +90,7 @@ impl LeftOut {
         // The quantile that as many unseen values stay below, were these ratios exchangeable with theirs.
         let rank = (COVERAGE * (ratios.len() + 1) as f64).ceil() as usize;
         // The largest of few is exceeded by more; of a tail as heavy as Cauchy's this brings it to the share.
-        let count = ratios.len() as f64;
-        let allowance =
-            (1.0 + UNKNOWN / count) * (1.0 / ((count + 1.0) * (1.0 - COVERAGE))).max(1.0);
+        let allowance = (1.0 / ((ratios.len() + 1) as f64 * (1.0 - COVERAGE))).max(1.0);
         Self {
             name: output.name.clone(),
             unit: output.unit.clone(),
@@ -128,8 +123,8 @@ impl LeftOut {
 pub struct Predicted {
     /// The number, or displacements node by node \[unit of the output\].
     pub values: Vec<f64>,
-    /// Half-width of the 95 % interval; of displacements, of their root mean square nodal error \[unit of the output\]. It is 1 + 5/n
-    /// times as wide as ratios of error and deviation of n runs demand, below 19 runs 20/(n + 1) times in addition.
+    /// Half-width of the 95 % interval; of displacements, of their root mean square nodal error \[unit of the output\]. Below 19 runs
+    /// the interval is 20/(n + 1) times as wide as the largest of n ratios of error and deviation demands.
     pub half_width: f64,
 }
 

@@ -191,8 +191,8 @@ pub(super) fn left_out(
 ) -> Option<Vec<(usize, RowDVector<f64>, f64)>> {
     let (folds, are_alone) = (folds(groups.len()), groups.len() == points.nrows());
     let shares = shares(processes);
-    // Lengths that few samples have chosen hold something of each of them: a search begins anew. It may end elsewhere, so that deviations
-    // are those of the lengths that predictions have.
+    // Lengths that few samples have chosen hold something of each of them: a search begins anew. It may end elsewhere, above all where values
+    // have noise: the smaller of both deviations, which demands the wider interval, counts.
     let (few, begin) = (groups.len() <= MOST_ALONE, (start(points.ncols()), FIRST_STEP));
     let of_fold = |fold: usize| {
         step()?;
@@ -214,15 +214,18 @@ pub(super) fn left_out(
                 maximise_evidence((&x, &y), &exponents, from, step)
             };
             let at = if are_alone { search()? } else { own.clone() };
-            let conditional = Conditional::new(&x, &exponents, if few { &own } else { &at })?;
-            Some((Conditional::new(&x, &exponents, &at)?.fitted(trend, &y)?, conditional))
+            let [of_all, of_fold] = [&own, &at].map(|at| Conditional::new(&x, &exponents, at));
+            let (of_all, of_fold) = (of_all?, of_fold?);
+            Some((of_fold.fitted(trend, &y)?, [of_all, of_fold]))
         };
         let fits = processes.iter().map(without).collect::<Option<Vec<_>>>()?;
         let (_, best) = fits.first()?;
         let error = |i: usize| {
             let (x, y) = (points.row(i).into_owned(), targets.row(i));
             let parts = fits.iter().zip(&shares).map(|((fit, _), share)| *share * fit.at(&x));
-            (i, parts.fold(-y, |sum, part| sum + part), best.deviation(&x))
+            let deviation =
+                best.iter().map(|process| process.deviation(&x)).fold(f64::MAX, f64::min);
+            (i, parts.fold(-y, |sum, part| sum + part), deviation)
         };
         Some(out.into_iter().map(error).collect::<Vec<_>>())
     };
