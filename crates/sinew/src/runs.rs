@@ -16,7 +16,7 @@ use sinew_mesh::{AnyMesh, DISPLACEMENT, Field, MeshError, to_npy};
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
 use std::path::Path;
-use table::{FAILURE, Table};
+use table::Table;
 
 /// Distance of a node from that of a mesh file over the largest coordinate that is rounding of a text file.
 const SAME_POINTS: f64 = 1e-4;
@@ -59,7 +59,7 @@ impl Runs {
 
     /// Reads a CSV table with a row per run and names in its first line, such as `mu [kPa],volume [ml]`. `parameters` lists the
     /// columns of the parameters, by names separated by commas; a name with a comma stands in quotes. `outputs` lists those to be emulated; all
-    /// others without it. Empty lines, those that begin with `#`, and those with words in a column `failure` are left out.
+    /// others without it. Empty lines, those that begin with `#`, and failed runs, by a column `failure`, `failed`, `converged`, `success` or `status`, are left out.
     ///
     /// # Errors
     /// A file that cannot be read, a column that is missing or has one value only, a cell that is not a finite number, two runs with
@@ -71,8 +71,8 @@ impl Runs {
     ) -> Result<Self, ThetaText> {
         let table = Table::read(path)?;
         let inputs = table.columns(parameters)?;
-        let others = (0..table.heads.len()).filter(|column| !inputs.contains(column)).collect();
-        let results: Vec<usize> = outputs.map_or(Ok(others), |list| table.columns(list))?;
+        let results =
+            outputs.map_or_else(|| Ok(table.others(&inputs)), |list| table.columns(list))?;
         if results.is_empty() || results.iter().any(|column| inputs.contains(column)) {
             return Err(table.error(table.first, "give outputs that are not parameters".into()));
         }
@@ -293,10 +293,10 @@ impl Table<'_> {
         let said = |run: usize| format!("line {}", self.rows[run].0);
         let runs = Runs::new(&heads, thetas, outputs, said);
         let mut runs = runs.map_err(|reason| self.error(0, reason))?;
-        if let [first, ..] = self.failed[..] {
+        if let [(first, column), ..] = &self.failed[..] {
             let count = self.failed.len();
             let told = format!(
-                "{count} failed runs are left out, the first in line {first}: the column `{FAILURE}` says why"
+                "{count} failed runs are left out, the first in line {first}: the column `{column}` says so"
             );
             runs.warnings.push(told);
         }

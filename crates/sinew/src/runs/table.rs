@@ -4,10 +4,27 @@ use crate::case::advise;
 use crate::theta::{ThetaText, cells, head, is_comment, table_text};
 use std::path::Path;
 
-/// Column of reasons why runs failed, as [`crate::output::Results`] writes it.
-pub(super) const FAILURE: &str = "failure";
 /// Advice about runs that failed.
 const OMIT: &str = "mend it, or leave failed runs out: delete their lines, or begin them with #";
+
+/// Names of columns that say whether a run failed.
+const FLAGS: [&str; 5] = ["failure", "failed", "converged", "success", "status"];
+
+/// Whether a cell says that its run failed: a reason in `failure`, as [`crate::output::Results`] writes it, or a flag or word of other programs.
+fn has_failed(head: &str, cell: &str) -> bool {
+    let cell = cell.to_ascii_lowercase();
+    let is_no = ["0", "false", "no", "none"].contains(&&*cell);
+    match &*head.to_ascii_lowercase() {
+        "failure" | "failed" => {
+            !cell.is_empty() && !is_no && (cell == "1" || cell.parse::<f64>().is_err())
+        }
+        "converged" | "success" => is_no,
+        "status" => {
+            ["fail", "diverg", "error", "abort", "not "].iter().any(|word| cell.contains(word))
+        }
+        _ => false,
+    }
+}
 
 /// A table with names in its first line.
 pub(super) struct Table<'a> {
@@ -17,8 +34,8 @@ pub(super) struct Table<'a> {
     pub(super) heads: Vec<String>,
     /// Cells of each row, with the number of its line.
     pub(super) rows: Vec<(usize, Vec<String>)>,
-    /// Lines whose column `failure` has words.
-    pub(super) failed: Vec<usize>,
+    /// Lines of failed runs, with the column that says so.
+    pub(super) failed: Vec<(usize, String)>,
 }
 
 impl<'a> Table<'a> {
@@ -32,11 +49,9 @@ impl<'a> Table<'a> {
                 0 => (table.first, table.heads) = (line, cells),
                 count if count == cells.len() => {
                     let mut pairs = table.heads.iter().zip(&cells);
-                    let is_word = |cell: &String| !cell.is_empty() && cell.parse::<f64>().is_err();
-                    let is_reason = |head: &String| head.eq_ignore_ascii_case(FAILURE);
-                    match pairs.any(|(head, cell)| is_reason(head) && is_word(cell)) {
-                        true => table.failed.push(line),
-                        false => table.rows.push((line, cells)),
+                    match pairs.find(|(head, cell)| has_failed(head, cell)) {
+                        Some((head, _)) => table.failed.push((line, head.clone())),
+                        None => table.rows.push((line, cells)),
                     }
                 }
                 count => {
@@ -60,6 +75,15 @@ impl<'a> Table<'a> {
     /// Name and unit.
     pub(super) fn head(&self, column: usize) -> (&str, &str) {
         head(&self.heads[column])
+    }
+
+    /// Columns that are no flags of failure, beside `inputs`.
+    pub(super) fn others(&self, inputs: &[usize]) -> Vec<usize> {
+        let is_flag = |column: &usize| {
+            FLAGS.iter().any(|flag| self.heads[*column].eq_ignore_ascii_case(flag))
+        };
+        let others = (0..self.heads.len()).filter(|column| !inputs.contains(column));
+        others.filter(|column| !is_flag(column)).collect()
     }
 
     /// Places of the columns of a list.

@@ -402,14 +402,29 @@ fn marks_of_failed_runs_are_told_with_their_rows() {
 fn failed_runs_and_outputs_worse_than_their_mean_are_told() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("runs.csv");
-    let row = |i: usize| match i {
-        5 => "5,0,diverged\n".to_string(),
-        _ => format!("{i},{},\n", [3, 9, 1, 8, 0, 2, 9, 1, 7, 2, 8, 3, 9, 1][i - 1]),
+    let read = |flag: &str, bad: &str, good: &str| {
+        let row = |i: usize| match i {
+            5 => format!("5,0,{bad}\n"),
+            _ => format!("{i},{},{good}\n", [3, 9, 1, 8, 0, 2, 9, 1, 7, 2, 8, 3, 9, 1][i - 1]),
+        };
+        let text = (1..=14).map(row).collect::<String>();
+        std::fs::write(&path, format!("x,volume,{flag}\n{text}")).unwrap();
+        let runs = Runs::read_table(&path, "x", None).unwrap();
+        let told = format!("1 failed runs are left out, the first in line 6: the column `{flag}`");
+        assert!(runs.warnings[0].contains(&told), "{:?}", runs.warnings);
+        assert!(runs.thetas.len() == 13 && runs.outputs.len() == 1, "{flag}");
+        runs
     };
-    let text = (1..=14).map(row).collect::<String>();
-    std::fs::write(&path, format!("x,volume,Failure\n{text}")).unwrap();
-    let runs = Runs::read_table(&path, "x", Some("volume")).unwrap();
-    assert!(runs.warnings[0].contains("1 failed runs are left out"), "{:?}", runs.warnings);
+    for (flag, bad, good) in [
+        ("failed", "1", "0"),
+        ("failed", "True", "False"),
+        ("converged", "0", "1"),
+        ("success", "no", "yes"),
+        ("status", "NOT CONVERGED", "converged"),
+    ] {
+        read(flag, bad, good);
+    }
+    let runs = read("Failure", "diverged", "");
     let warnings = runs.fit(&mut ()).unwrap().warnings;
     let told = |warning: &String| warning.contains("predictions of volume are worse than its mean");
     assert!(warnings.iter().any(told), "{warnings:?}");
