@@ -70,17 +70,26 @@ impl<'p> Unload<'p> {
     /// Prepares for a body that was lowered on the image; its directions are those in the image, and move with the tissue.
     ///
     /// # Errors
-    /// A body whose supports leave a part of it free to move; [`UnloadError::PressureField`].
+    /// A body whose supports leave a part of it free to move; [`UnloadError::Unsuited`].
     pub fn new(image: &'p Body) -> Result<Self> {
+        let unsuited = |reason: &str| Err(UnloadError::Unsuited(reason.into()));
         if image.pressure_field.is_some() {
-            return Err(UnloadError::PressureField);
+            return unsuited(
+                "a body with a field of pressure cannot be unloaded; take averaged volume ratios and a large bulk modulus",
+            );
         }
         if image.pressures.iter().any(|pressure| pressure.thesis) {
-            return Err(UnloadError::ThesisPressure);
+            return unsuited(
+                "the thesis' formula for a pressure only reproduces its numbers; unload under the pressure itself",
+            );
         }
         let system = System::new(image)?;
         if let Some(node) = is_moved_rim(image) {
-            return Err(UnloadError::MovedRim { node });
+            // A pressure's potential is counted from the plane that its rim slides in.
+            return unsuited(&format!(
+                "node {node} on the rim of a pressure slides along a plane that its support moves; prescribe no displacement there, or hold \
+                 the node along all axes"
+            ));
         }
         let factor = Lu::new(&system.factor);
         Ok(Self { image: Image { system, fibres: Fibres::default() }, factor })
@@ -257,22 +266,9 @@ pub enum UnloadError {
     /// A body or θ that makes no sense.
     #[error(transparent)]
     Body(#[from] SolveError),
-    /// The mixed formulation.
-    #[error(
-        "a body with a field of pressure cannot be unloaded; take averaged volume ratios and a large bulk modulus"
-    )]
-    PressureField,
-    /// The thesis' formula for a pressure.
-    #[error(
-        "the thesis' formula for a pressure only reproduces its numbers; unload under the pressure itself"
-    )]
-    ThesisPressure,
-    /// A pressure's potential is counted from the plane that its rim slides in.
-    #[error(
-        "node {node} on the rim of a pressure slides along a plane that its support moves; prescribe no displacement there, or hold the node \
-         along all axes"
-    )]
-    MovedRim { node: usize },
+    /// A formulation, load or support that is not unloaded.
+    #[error("{0}")]
+    Unsuited(String),
     /// No body at rest.
     #[error(
         "no unloaded configuration was found in {iterations} iterations: the image bears {part:.4} of the load, where cells at rest are \

@@ -14,8 +14,6 @@ pub(crate) const FIRST_STEP: f64 = 0.25;
 /// Factor of a step after a failure, and the least and the largest factor after a success.
 const CUT: f64 = 0.5;
 const GROWTH: f64 = 2.0;
-/// Factor of a step after a failure of the first one: it finds the order of magnitude of the load quickly.
-const SCAN: f64 = 0.2;
 /// Equilibria that the next one is extrapolated from, without a field of pressure and with one. Intermediate equilibria
 /// are rough, pressures more than displacements, and higher polynomials amplify it: cubic extrapolation takes a third
 /// more iterations on beams that roll up, quadratic half as many again in incompressible bodies.
@@ -37,8 +35,6 @@ const LEAST_LOAD: f64 = 1e-12;
 /// Successive steps with an indefinite stiffness that end a search at an intermediate load; a shorter load step costs
 /// less. Searches that succeed take fewer.
 const MOST_INDEFINITE: usize = 8;
-/// Such steps beyond a limit point, where the body may have snapped to other equilibria.
-const SNAPPING: usize = 12;
 
 /// A path of equilibria along a line.
 pub(crate) struct Path<'s, 'p, 'w> {
@@ -106,7 +102,7 @@ impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
                 if let (Some(limit), true) = (self.outlook.ends(), searched) {
                     return Err(Some(Advice::LimitPoint { limit, refused: target }));
                 }
-                step = (target - reached) * if reached == start { SCAN } else { CUT };
+                step = (target - reached) * CUT;
                 continue;
             };
             steps += 1;
@@ -193,9 +189,7 @@ impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
         guess: Point,
         accuracy: f64,
     ) -> Option<Equilibrium> {
-        let snapping = self.outlook.ends().is_some();
-        let most_indefinite = if snapping { SNAPPING } else { MOST_INDEFINITE };
-        let goal = Goal { line: &self.line, plane, accuracy, most_indefinite };
+        let goal = Goal { line: &self.line, plane, accuracy, most_indefinite: MOST_INDEFINITE };
         self.system.equilibrium(guess, goal, &self.options, &mut self.log)
     }
 
