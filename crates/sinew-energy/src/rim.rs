@@ -103,10 +103,10 @@ fn sliding(
         let most_even =
             axes.clone().filter_map(across).min_by(|a, b| uneven(a).total_cmp(&uneven(b)));
         let Some((axis, piece)) = most_even else {
-            let edge = [piece[0], piece[piece.len().min(2) - 1]];
+            let at: Vec<_> = piece.iter().take(2).map(usize::to_string).collect();
             return Err(SceneError::LooseRim(format!(
-                "the pressure on `{name}` has no potential: the edge between nodes {} and {} of its rim is neither held nor made to slide in one coordinate plane; hold the rim, close it by a lid that moves with it, or solve the balance of forces with a loose rim",
-                edge[0], edge[1]
+                "the pressure on `{name}` has no potential: its rim at nodes {} is neither held nor made to slide in one coordinate plane; hold the rim, close it by a lid that moves with it, or solve the balance of forces with a loose rim",
+                at.join(" and ")
             )));
         };
         sliding[axis].push(piece);

@@ -52,9 +52,13 @@ impl SurfaceTree {
         let node = self.nodes.len();
         self.nodes.push(Node { low, high, start, end, second: None });
         if end - start > LEAF {
-            let axis = (high - low).imax();
+            // Large triangles do not hide along which axis there are many.
             let corners = &self.corners;
-            let centre = |t: usize| corners[t].iter().map(|x| x[axis]).sum::<f64>();
+            let centre = |t: usize| corners[t].iter().sum::<Point>();
+            // Boxes of long triangles do not tell along which axis there are many.
+            let [first, last] = bounds(self.order[start..end].iter().map(|&t| centre(t)));
+            let axis = (last - first).imax();
+            let centre = |t: usize| centre(t)[axis];
             let middle = (end - start) / 2;
             self.order[start..end].select_nth_unstable_by(middle, |&a, &b| {
                 (centre(a), a).partial_cmp(&(centre(b), b)).unwrap_or(a.cmp(&b))

@@ -270,7 +270,7 @@ impl NativeCase {
             let shape = [vec![cells.len()], field.shape()].concat();
             (field.name, Array::new(field.values, shape))
         };
-        Ok(stress_fields(&self.body, &cells).into_iter().map(array).into_py_dict(py)?)
+        Ok(stress_fields(&cells).into_iter().map(array).into_py_dict(py)?)
     }
 
     /// Forces of the supports on the node sets that they hold \[stress·length²\], by name.

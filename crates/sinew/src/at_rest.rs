@@ -22,8 +22,8 @@ impl Case {
         Ok(Self::parse(&text, &self.name)?.on(mesh_at_rest(image, unloaded)))
     }
 
-    /// Text of the case file of a body at rest: that of the image with another mesh file or none, sets and directions in the mesh. A mesh
-    /// file gives it its name.
+    /// Text of the case file of a body at rest: that of the image with another mesh file or none, sets and directions in the mesh, without
+    /// the phases and data of a patient. A mesh file gives it its name.
     ///
     /// # Errors
     /// A case that came from no text.
@@ -51,7 +51,8 @@ impl Case {
         let rest = &unloaded.rest;
         let formulation = if rest.patches.is_empty() { "plain" } else { "averaged" };
         root.insert("formulation".into(), Value::String(formulation.into()));
-        root.remove("select");
+        // A patient file is none at rest: its image would be unloaded again.
+        root.retain(|key, _| !["select", "phases", "data", "calibration"].contains(&key));
         let count = rest.material.directions(0).len();
         if count > 0 {
             let named = DIRECTIONS.into_iter().take(count);

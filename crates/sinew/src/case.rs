@@ -181,15 +181,21 @@ impl Case {
 
     /// The case with paths of files that are relative to its own.
     fn beside_its_file(mut self) -> Self {
-        let folder = Path::new(&self.source.file).parent().unwrap_or(Path::new("."));
-        if let Some(file) = &mut self.mesh.file {
-            *file = folder.join(&*file);
-        }
-        self.select.values_mut().for_each(|select| select.relative_to(folder));
-        if let Some(file) = self.fibres.as_mut().and_then(|fibres| fibres.file.as_mut()) {
-            *file = folder.join(&*file);
-        }
+        let own = PathBuf::from(&self.source.file);
+        let folder = own.parent().unwrap_or(Path::new("."));
+        self.paths().for_each(|file| *file = folder.join(&*file));
         self
+    }
+
+    fn paths(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        let fibres = self.fibres.as_mut().and_then(|fibres| fibres.file.as_mut());
+        let surfaces = self.select.values_mut().flat_map(Select::files);
+        self.mesh.file.as_mut().into_iter().chain(fibres).chain(surfaces)
+    }
+
+    /// Files that it reads: mesh, fibres and surfaces of selections.
+    pub fn files(&self) -> Vec<PathBuf> {
+        self.clone().paths().map(|file| file.clone()).collect()
     }
 
     /// The case in another process: its text, the name of its file, and its mesh as [`Case::mesh_made`] gives it there.

@@ -62,16 +62,19 @@ impl CaseFile {
         quoted(&self.case) + &mesh.unwrap_or_default()
     }
 
-    /// Refuses to write over the case file or the mesh of a case that was read.
-    fn keep_sources(&self, case: &Case, output: &Path) -> Result<()> {
-        let sources = [("case file", Some(&self.case)), ("mesh", case.mesh.file.as_ref())];
-        sources.into_iter().try_for_each(|(name, file)| {
-            refuse_if(file.is_some_and(|file| same(file, output)), || {
-                let output = output.display();
-                format!("-o: {output} is the {name} itself, which would be lost; name another file")
-            })
-        })
+    /// Refuses to write over a file that was read.
+    fn keep_sources(&self, output: &Path) -> Result<()> {
+        let mut sources = Case::read(&self.case)?.files();
+        sources.extend(self.mesh.iter().chain([&self.case]).cloned());
+        keep(sources.iter(), output)
     }
+}
+
+/// Refuses to write over a file that was read.
+fn keep<'a>(mut sources: impl Iterator<Item = &'a PathBuf>, output: &Path) -> Result<()> {
+    refuse_if(sources.any(|file| same(file, output)), || {
+        format!("-o: {} is an input, which would be lost; name another file", output.display())
+    })
 }
 
 /// Body and folder of the results.

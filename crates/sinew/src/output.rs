@@ -208,7 +208,7 @@ impl<'a> Results<'a> {
 
     /// Stress and strain of cells as arrays by name, NaN where a row has none.
     fn stress_arrays(&self) -> Vec<(String, Vec<u8>)> {
-        let of_row = |case| Some(stress_fields(self.body, &self.cell_stresses(case)?));
+        let of_row = |case| Some(stress_fields(&self.cell_stresses(case)?));
         let rows = (0..self.rows.len()).filter(|_| self.stresses);
         let found: Vec<Option<Vec<StressField>>> = rows.map(of_row).collect();
         let Some(like) = found.iter().flatten().next() else { return Vec::new() };

@@ -161,16 +161,28 @@ impl Runs {
             return Err(at(Path::new("--parameters"), reason));
         }
         let named = npz::texts(path, "parameters").map_err(|error| at(path, error.to_string()))?;
-        let named = named.filter(|named| {
-            !named.iter().map(|name| head(name).0).eq(heads.iter().map(|head| head.0))
-        });
-        if let Some(named) = named {
+        let named = named.unwrap_or_default();
+        let is_other = |(given, of_file): (&(&str, &str), (&str, &str))| {
+            let units = [given.1, of_file.1];
+            given.0 != of_file.0 || !units.contains(&"") && units[0] != units[1]
+        };
+        let of_file: Vec<_> = named.iter().map(|name| head(name)).collect();
+        if !of_file.is_empty()
+            && (of_file.len() != count || heads.iter().zip(of_file.iter().copied()).any(is_other))
+        {
             let reason = format!(
-                "`parameters` of the file are {}; give --parameters in this order",
+                "`parameters` of the file are {}; give --parameters in this order and these units",
                 named.join(", ")
             );
             return Err(at(path, reason));
         }
+        // Units that are not given are those of the file.
+        let units = of_file.iter().map(|(_, unit)| *unit).chain(std::iter::repeat(""));
+        let heads: Vec<_> = heads
+            .into_iter()
+            .zip(units)
+            .map(|((name, unit), other)| (name, if unit.is_empty() { other } else { unit }))
+            .collect();
         if let Ok((_, of_file)) = npz::read(path, "points") {
             let nodes = read.points().as_flattened();
             let size = nodes.iter().fold(0.0, |size: f64, x| size.max(x.abs()));

@@ -28,7 +28,7 @@ impl StressField {
 
 /// The fields of stress, strain and fibres; those of fibres only where the law has some. Stresses and strains are means over the
 /// quadrature points of a cell by their volumes in the reference configuration, principal values those of these means; `volume` is that of the cell in the current configuration \[length³\], `volume_ratio` is J.
-pub fn stress_fields(body: &Body, cells: &[CellStress]) -> Vec<StressField> {
+pub fn stress_fields(cells: &[CellStress]) -> Vec<StressField> {
     let fibres: Option<Vec<Fibre>> = cells.iter().map(|cell| cell.fibre).collect();
     let field = |name, components, values| StressField { name, components, values };
     let tensor = |name, of: fn(&CellStress) -> &[[f64; 3]; 3]| {
@@ -36,15 +36,14 @@ pub fn stress_fields(body: &Body, cells: &[CellStress]) -> Vec<StressField> {
     };
     let triple =
         |name, of: fn(&CellStress) -> [f64; 3]| field(name, 3, cells.iter().flat_map(of).collect());
-    let ratios: Vec<f64> = cells.iter().map(|cell| cell.volume_ratio).collect();
-    let volumes = volumes_at_rest(body).zip(&ratios).map(|(volume, ratio)| volume * ratio);
+    let single = |name, of: fn(&CellStress) -> f64| field(name, 1, cells.iter().map(of).collect());
     let mut fields = vec![
         tensor("cauchy_stress", |cell| &cell.cauchy),
         tensor("green_lagrange_strain", |cell| &cell.green_lagrange),
         triple(STRESSES, |cell| cell.principal_stresses),
         triple(STRETCHES, |cell| cell.principal_stretches),
-        field("volume", 1, volumes.collect()),
-        field("volume_ratio", 1, ratios),
+        single(VOLUME, |cell| cell.volume),
+        single("volume_ratio", |cell| cell.volume_ratio),
     ];
     if let Some(fibres) = fibres {
         let directions = fibres.iter().flat_map(|fibre| fibre.direction).collect();
@@ -72,7 +71,7 @@ pub fn add_stresses(mesh: &mut AnyMesh, body: &Body, cells: &[CellStress]) {
     let principal = |averaged: &[f64], values: Values| -> Vec<f64> {
         averaged.as_chunks::<3>().0.as_chunks::<3>().0.iter().flat_map(values).collect()
     };
-    for StressField { name, components, values } in stress_fields(body, cells) {
+    for StressField { name, components, values } in stress_fields(cells) {
         if ![FIBRE, VOLUME].contains(&name) {
             let averaged = match name {
                 STRESSES => principal(&tensors[0], principal_values),

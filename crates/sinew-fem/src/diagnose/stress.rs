@@ -2,8 +2,9 @@
 
 use crate::Result;
 use crate::elements::{Followers, check_fields, held_part, inadmissible};
-use crate::linear::add;
+use crate::linear::{add, dot};
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use sinew_energy::metrics::volume_ratios;
 use sinew_energy::{Body, Mat3, PressureSurface};
 use std::slice::from_ref;
 
@@ -11,7 +12,9 @@ use std::slice::from_ref;
 #[doc(alias = "Cauchy stress")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellStress {
-    /// Volume ratio J.
+    /// Volume in the current configuration \[length³\].
+    pub volume: f64,
+    /// Volume ratio J that the law has: of averaged cells that of their patches.
     pub volume_ratio: f64,
     /// Green–Lagrange strain `½ (FᵀF − 1)`.
     pub green_lagrange: [[f64; 3]; 3],
@@ -122,8 +125,13 @@ pub fn mixed_stresses(
         })
         .collect();
     let volumes = body.volumes.chunks(body.points_per_cell);
-    let found: Vec<CellStress> =
-        points.chunks(body.points_per_cell).zip(volumes).map(|(p, v)| cell(p, v)).collect();
+    let ratios = volume_ratios(body, displacement);
+    let own = volumes.zip(ratios.chunks(body.points_per_cell));
+    let found: Vec<CellStress> = points
+        .chunks(body.points_per_cell)
+        .zip(own)
+        .map(|(p, (v, j))| cell(p, v, dot(v, j)))
+        .collect();
     let finite = |cell: &CellStress| cell.cauchy.as_flattened().iter().all(|s| s.is_finite());
     if found.iter().all(finite) { Ok(found) } else { Err(inadmissible(body, displacement)) }
 }
@@ -151,7 +159,7 @@ impl Point {
 }
 
 /// Means over the quadrature points of a cell.
-fn cell(points: &[Point], volumes: &[f64]) -> CellStress {
+fn cell(points: &[Point], volumes: &[f64], volume: f64) -> CellStress {
     let whole: f64 = volumes.iter().sum();
     let weighted = || points.iter().zip(volumes.iter().map(move |v| v / whole));
     let strain: Matrix3<f64> = weighted().map(|(point, w)| w * point.strain).sum();
@@ -162,6 +170,7 @@ fn cell(points: &[Point], volumes: &[f64]) -> CellStress {
         Fibre { direction: along.into(), stretch, stress: along.dot(&(cauchy * along)) }
     });
     CellStress {
+        volume,
         volume_ratio: weighted().map(|(point, w)| w * point.volume_ratio).sum(),
         green_lagrange: strain.into(),
         principal_stresses: principal_values(&cauchy.into()),

@@ -1,6 +1,7 @@
 //! Stresses and strains of cells against closed forms and FElupe.
 
 use crate::support::{once, twice};
+use nalgebra::Vector3;
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean, NeoHookeanShape};
 use sinew_energy::{Body, Law, Parameter, Scene, Support};
 use sinew_fem::{CellStress, Options, Solver, cell_stresses};
@@ -152,6 +153,28 @@ fn a_fibre_in_closed_form() {
     check("a fibre", &fibres, &[stretch, exact].repeat(found.len()), CLOSED);
     let directions = of_cells(&found, |c| c.fibre.unwrap().direction);
     check("its direction", &directions, &fibre.repeat(found.len()), CLOSED);
+}
+
+#[test]
+fn volumes_of_averaged_cells_are_their_own() {
+    let scene = Scene::new(box_tetrahedra([2.0; 3], [2; 3]), NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 0.01..=100.0))
+        .parameter(Parameter::log("lambda", "kPa", 0.01..=100.0));
+    let body = scene.averaged().support(Support::clamped("x_min")).lower().unwrap();
+    let bent = |&[x, y, z]: &[f64; 3]| [0.1 * x * y, 0.1 * x * z, -0.1 * x * x];
+    let displacement: Vec<f64> = body.positions.iter().flat_map(bent).collect();
+    let place =
+        |node: usize| Vector3::from_fn(|i, _| body.positions[node][i] + displacement[3 * node + i]);
+    let found = cell_stresses(&body, &displacement, &[1.0, 1.0]).unwrap();
+    let mut apart: f64 = 0.0;
+    for (cell, nodes) in found.iter().zip(body.cell_nodes()) {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k| place(nodes[k]));
+        let volume = (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0;
+        assert!((cell.volume / volume - 1.0).abs() < 1e-12);
+        apart = apart.max((cell.volume_ratio * (1.0 / 6.0) / volume - 1.0).abs());
+    }
+    // The law has the ratio of a patch.
+    assert!(apart > 0.01, "{apart}");
 }
 
 /// An incompressible sphere that is inflated, r³ = R³ + c: stresses from the deformation gradient at points of the wall, and the pressure

@@ -113,6 +113,11 @@ impl Case {
             let reason = format!("nothing reads it{active}");
             return Err(self.source.error(&["parameters", name], reason));
         }
+        // Of tables and command lines.
+        if let Some(name) = known().find(|name| name.contains(['[', ']', ',', '='])) {
+            let reason = "a name has none of the signs [ ] , =";
+            return Err(self.source.error(&["parameters", name], reason.into()));
+        }
         let parameter = |&(name, unit): &(&str, &str)| {
             let range = self.parameters.get(name).ok_or_else(|| {
                 let reason = format!(

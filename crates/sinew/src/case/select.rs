@@ -81,14 +81,13 @@ type Scale<'s> = &'s dyn Fn(&TriangleMesh, &ReadReport) -> Result<f64, String>;
 const MOST_APART: f64 = 200.0;
 
 impl Select {
-    /// Makes the files of surfaces relative to a folder.
-    pub(super) fn relative_to(&mut self, folder: &Path) {
-        if let Some(Near { surface, rather_than, .. }) = &mut self.near {
-            let files = std::iter::once(surface).chain(rather_than);
-            files.for_each(|file| *file = folder.join(&*file));
-        }
+    /// Files of surfaces, also of the selections within it.
+    pub(super) fn files(&mut self) -> Vec<&mut PathBuf> {
+        let near = self.near.iter_mut();
+        let own =
+            near.flat_map(|near| std::iter::once(&mut near.surface).chain(&mut near.rather_than));
         let inner = self.any.iter_mut().flatten().chain(self.not.as_deref_mut());
-        inner.for_each(|inner| inner.relative_to(folder));
+        own.chain(inner.flat_map(Self::files)).collect()
     }
 
     /// Sets that it and all selections within it name.

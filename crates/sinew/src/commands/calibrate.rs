@@ -2,17 +2,17 @@
 
 use super::runs::DataFile;
 use super::{
-    CaseArguments, Unpassed, Usage, check_folder, keep_foreign, marked, refuse_if, same,
+    CaseArguments, Unpassed, Usage, check_folder, keep, keep_foreign, marked, refuse_if,
     tell_reading, warn, write,
 };
 use anyhow::Result;
 use clap::Args;
 use sinew::calibration::{ahead_in_words, in_words, kept, setting_in_words, too_stiff, written};
-use sinew::{Parameter, PatientFile, admissible, outside, parse_theta};
+use sinew::{Case, Parameter, PatientFile, admissible, outside, parse_theta};
 use sinew_calibrate::{CalibrateError, Solves, Verdict, calibrate, check_identifiability};
 use sinew_emulate::Terminal;
 use sinew_report::Provenance;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Patient file and folder.
@@ -137,8 +137,17 @@ impl Synthesise {
     pub(crate) fn run(&self) -> Result<()> {
         check_folder(&self.output)?;
         let file = PatientFile::read(&self.patient)?;
-        let reason = "-o: this is the patient file itself; name another";
-        refuse_if(same(&self.output, &self.patient), || reason)?;
+        keep([&self.patient].into_iter().chain(&file.case.files()), &self.output)?;
+        let folder = |file: &Path| file.canonicalize().ok()?.parent().map(Path::to_path_buf);
+        let named = Case::parse(file.case.text(), "")?.files();
+        let moves = folder(&self.patient)
+            != self.output.parent().and_then(|of| of.join(".").canonicalize().ok());
+        refuse_if(moves && named.iter().any(|file| file.is_relative()), || {
+            format!(
+                "-o: {} names files by their places beside it; write into its folder",
+                self.patient.display()
+            )
+        })?;
         keep_foreign("synthesise", MARK, &self.output)?;
         let parameters = file.parameters()?;
         let theta = parse_theta(&self.theta, &parameters)?;

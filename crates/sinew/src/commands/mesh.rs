@@ -1,6 +1,6 @@
 //! Meshes from surfaces.
 
-use super::{Usage, check_vtu, warn};
+use super::{Usage, check_vtu, keep, warn};
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use sinew::case::Element;
@@ -63,6 +63,7 @@ impl Mesh {
 impl Ventricle {
     fn run(&self) -> Result<()> {
         check_vtu(&self.output)?;
+        keep([&self.endocardium, &self.epicardium].into_iter().chain(&self.septum), &self.output)?;
         let options = self.options()?;
         let angles = numbers::<2>(&self.angles).ok_or_else(|| {
             Usage(format!("--angles {}: give two angles, such as 60,-60", self.angles))

@@ -114,17 +114,37 @@ fn an_unloading_replaces_neither_its_image_nor_files_of_others() {
     let text = BAR
         .replace("box = { extent = [30.0, 6.0, 6.0], cells = [6, 2, 2] }", "file = \"image.vtu\"");
     std::fs::write(folder.join("heart.toml"), text).unwrap();
+    sinew_mesh::write_vtu(folder.join("other.vtu"), &image).unwrap();
     let kept = ["bar.toml", "heart.toml", "image.vtu", "notes.toml"];
     let read = || kept.map(|name| std::fs::read(folder.join(name)).unwrap());
     let before = read();
     for (line, words) in [
-        ("unload bar.toml -o bar.vtu", "bar.toml is the case file itself"),
-        ("unload heart.toml -o ./image.vtu", "image.vtu is the mesh itself"),
-        ("unload bar.toml --mesh image.vtu -o image.vtu", "image.vtu is the mesh itself"),
+        ("unload bar.toml -o bar.vtu", "bar.toml is an input"),
+        ("unload heart.toml -o ./image.vtu", "image.vtu is an input"),
+        ("unload bar.toml --mesh image.vtu -o image.vtu", "image.vtu is an input"),
+        ("unload heart.toml --mesh other.vtu -o image.vtu", "image.vtu is an input"),
         ("unload bar.toml -o notes.vtu", "notes.toml is there already"),
     ] {
         let (code, told) = refused(folder, line);
         assert!(code == 2 && told.contains(words), "{line}: {told}");
     }
     assert_eq!(read(), before);
+}
+
+#[test]
+fn fibres_that_a_case_at_rest_cannot_name_are_told_without_load_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let hexahedra = r#"
+        law = { name = "holzapfel-ogden", bulk_modulus = 25.0 }
+        loads = [{ pressure = "p", facets = "endo" }]
+        supports = [{ clamped = "base" }]
+        mesh = { element = "hexahedra", ellipsoid = { short = [20.0, 30.0], long = [52.0, 62.0], base = 15.0, cells = [2, 8, 4] } }
+        fibres.rule = { endocardium = "endo", epicardium = "epi", base = "base", angles = [60.0, -60.0] }
+        parameters = { a = 1.0, b = 2.0, a_f = 2.0, b_f = 2.0, p = { range = [0.0, 10.0], unit = "mmHg", sampling = "linear" } }
+    "#;
+    std::fs::write(folder.path().join("heart.toml"), hexahedra).unwrap();
+    for p in ["p=0", "p=4"] {
+        let (code, told) = refused(folder.path(), &format!("unload heart.toml --theta {p}"));
+        assert!(code == 1 && told.contains("directions that differ within a cell"), "{p}: {told}");
+    }
 }

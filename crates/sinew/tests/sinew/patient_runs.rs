@@ -59,6 +59,12 @@ fn the_program_makes_data_and_their_posterior() {
     ] {
         assert!(said.contains(words), "{words}: {said}");
     }
+    // At rest it is no image that could be unloaded again.
+    let unloaded = ["unload", "made.toml", "--theta", "a=0.2,a_f=2.8,p=8", "-o", "rest.vtu"];
+    let (code, told) = run(&unloaded);
+    assert_eq!(code, Some(0), "{told}");
+    let (code, told) = run(&["calibrate", "rest.toml", "--check"]);
+    assert!(code == Some(2) && told.contains("image_at_rest"), "{told}");
     let out = ["--out", "out"];
     let (code, said) = run(&["calibrate", "made.toml", "--budget", "0.01s", out[0], out[1]]);
     assert_eq!(code, Some(1), "{said}");
@@ -169,6 +175,13 @@ fn solves_belong_to_the_whole_body_and_to_one_run() {
         (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
     };
     write(&fibres(1.0));
+    // Elsewhere `wall.vtu` would be another mesh, or none.
+    std::fs::create_dir(folder.path().join("elsewhere")).unwrap();
+    let mut synthesise = Command::new(env!("CARGO_BIN_EXE_sinew"));
+    let line = "synthesise patient.toml --theta a=0.2,a_f=2.8 -o elsewhere/made.toml";
+    let moved = synthesise.args(line.split(' ')).current_dir(folder.path()).output().unwrap();
+    let told = String::from_utf8_lossy(&moved.stderr);
+    assert!(told.contains("write into its folder"), "{told}");
     let (code, said) = run(&[]);
     assert!(code == Some(1) && said.contains("budget"), "{said}");
     let (code, said) = run(&["--resume"]);
@@ -217,7 +230,7 @@ fn made_data_name_their_origin_and_replace_no_other_file() {
     assert!(code == Some(2) && said.contains("notes.csv is there already"), "{said}");
     assert_eq!(std::fs::read_to_string(file("notes.csv")).unwrap(), "mine\n");
     let (code, said) = run(theta, "patient.toml");
-    assert!(code == Some(2) && said.contains("the patient file itself"), "{said}");
+    assert!(code == Some(2) && said.contains("patient.toml is an input"), "{said}");
     let (code, said) = run("a=-0.2,a_f=2.8", output);
     let named = "--theta a=-0.2,a_f=2.8: a = -0.2 kPa makes no sense";
     assert!(code == Some(2) && said.contains(named), "{said}");

@@ -227,21 +227,28 @@ fn displacements_on_a_mesh_predict_runs_that_were_held_back() {
         |word: &str| -> Vec<u8> { word.chars().flat_map(|c| u32::from(c).to_le_bytes()).collect() };
     let words = |words: [&str; 2]| words.map(letters).concat();
     let moved: Vec<f64> = points.iter().rev().copied().collect();
-    for (names, nodes, said) in [
-        (words(["mu\0\0\0\0", "lambda"]), points, None),
-        (words(["lambda", "mu\0\0\0\0"]), points, Some("are lambda, mu; give --parameters in")),
-        (words(["mu\0\0\0\0", "lambda"]), &moved, Some("`points` of the file are not the nodes")),
+    let [plain, in_pascal] = ["mu\0\0\0\0", "mu[Pa]"].map(|name| words([name, "lambda"]));
+    for (names, nodes, given, said) in [
+        (&plain, points, "mu,lambda", None),
+        (&plain, points, "lambda,mu", Some("are mu, lambda; give --parameters in")),
+        (&plain, &moved, "mu,lambda", Some("`points` of the file are not the nodes")),
+        (&in_pascal, points, "mu [kPa],lambda", Some("are mu[Pa], lambda; give --parameters in")),
+        (&in_pascal, points, "mu,lambda [Pa]", None),
     ] {
         let fields = to_npy(&shape_of_runs, &fields.concat());
         let arrays = [
             of_theta.clone(),
             ("displacements".into(), fields),
-            ("parameters".into(), to_npy_of("<U6", &[2], &names)),
+            ("parameters".into(), to_npy_of("<U6", &[2], names)),
             ("points".into(), to_npy(&[body.nodes, 3], nodes)),
         ];
         npz::write(&folder.join("named.npz"), arrays).unwrap();
-        let read =
-            Runs::read_fields(&folder.join("named.npz"), &folder.join("bar.vtu"), "mu,lambda");
+        let read = Runs::read_fields(&folder.join("named.npz"), &folder.join("bar.vtu"), given);
+        if let Ok(runs) = &read {
+            let units = [0, 1].map(|at| runs.parameters[at].unit.name());
+            let of_file = if given.contains('[') { "Pa" } else { "1" };
+            assert_eq!(units, [of_file; 2], "{given}");
+        }
         let told = read.err().map(|error| error.to_string());
         assert_eq!(told.is_some(), said.is_some(), "{told:?}");
         assert!(

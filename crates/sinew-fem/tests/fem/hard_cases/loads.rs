@@ -107,8 +107,8 @@ fn loads_whose_sum_overflows_are_refused() {
 fn a_pressure_on_a_surface_with_a_free_rim_is_refused_with_an_edge_of_the_rim() {
     let error = refused(vec![pressure("z_max", Magnitude::Fixed(1.0))]);
     let SceneError::LooseRim(text) = error else { panic!("{error}") };
-    let before = "the pressure on `z_max` has no potential: the edge between nodes ";
-    let edge = text.strip_prefix(before).and_then(|rest| rest.split_once(" of its rim"));
+    let before = "the pressure on `z_max` has no potential: its rim at nodes ";
+    let edge = text.strip_prefix(before).and_then(|rest| rest.split_once(" is neither"));
     let edge = edge.expect("an edge").0.split(" and ").map(|node| node.parse().unwrap());
     let mesh = cube(2);
     assert!(edge.clone().count() == 2);
