@@ -40,7 +40,7 @@ pub enum Error {
     /// A range or a number of samples that a design cannot draw.
     #[error("{0}")]
     Samples(String),
-    /// A body, prediction, folder or file that cannot be used, and samples that no regression can be fitted to.
+    /// A body, prediction, anchor, folder or file that cannot be used, simulations that are too few, samples that no regression can be fitted to.
     #[error("{0}")]
     Refused(String),
     /// The solver cannot solve the body at all, or not where it was asked to.
@@ -52,18 +52,12 @@ pub enum Error {
     /// Coordinates or scales that do not suit a body.
     #[error(transparent)]
     Coordinates(#[from] crate::coordinates::CoordinateError),
-    /// Too many simulations failed.
-    #[error("{solved} of {tried} simulations succeeded, {least} are needed{first}")]
-    TooFewSimulations { solved: usize, tried: usize, least: usize, first: String },
     /// θ of the wrong length.
     #[error("theta has {found} entries, the body has {expected} parameters: {names}")]
     ThetaLength { found: usize, expected: usize, names: String },
     /// A count or budget that admits no training.
     #[error("{what} is {}; {advice}", Unit::from("1").format(*value))]
     Setting { what: &'static str, value: f64, advice: &'static str },
-    /// A case index beyond those of the prediction.
-    #[error("there is no case {case} in a prediction of {cases}")]
-    NoSuchCase { case: usize, cases: usize },
     /// The observer asked to stop.
     #[error(
         "interrupted in the stage `{stage}`; what was found is stored, and resuming goes on from there"
@@ -72,17 +66,6 @@ pub enum Error {
     /// A folder with simulations of other parameters or of another body.
     #[error("{} holds simulations of other parameters or of another body; choose another folder, or delete it", folder.display())]
     OtherSamples { folder: PathBuf },
-    /// A solved state that an expansion was to go through, and cannot.
-    #[error(
-        "anchor {number} at {theta} has no solution: {reason}; narrow the ranges of the parameters, or ask for {} anchors at most",
-        number - 1
-    )]
-    Anchor { number: usize, theta: String, reason: String },
-    /// An emulator that is not stored.
-    #[error(
-        "an emulator of the kind `{kind}` is not stored: it needs another body's stiffness; keep that body and make it again"
-    )]
-    NotStored { kind: &'static str },
     /// A folder without an emulator.
     #[error("{} holds no emulator; train one first", folder.display())]
     NoEmulator { folder: PathBuf },

@@ -82,7 +82,8 @@ impl Emulator<'_> {
     /// [`Estimate::distance`], and its warnings say why.
     pub fn estimate(&self, prediction: &Prediction, case: usize) -> Result<Estimate> {
         let cases = prediction.thetas.len();
-        let theta = prediction.thetas.get(case).ok_or(Error::NoSuchCase { case, cases })?;
+        let none = || Error::Request(format!("there is no case {case} in a prediction of {cases}"));
+        let theta = prediction.thetas.get(case).ok_or_else(none)?;
         let mut estimate = self.estimate_of(prediction.field(case), theta)?;
         estimate.warnings.extend(prediction.warnings[case].iter().cloned());
         Ok(estimate)

@@ -189,7 +189,7 @@ impl Case {
 
     fn paths(&mut self) -> impl Iterator<Item = &mut PathBuf> {
         let fibres = self.fibres.as_mut().and_then(|fibres| fibres.file.as_mut());
-        let surfaces = self.select.values_mut().flat_map(Select::files);
+        let surfaces = self.select.values_mut().flat_map(|select| select.files());
         self.mesh.file.as_mut().into_iter().chain(fibres).chain(surfaces)
     }
 

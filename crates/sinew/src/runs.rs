@@ -16,7 +16,7 @@ use sinew_mesh::{AnyMesh, DISPLACEMENT, Field, MeshError, to_npy};
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
 use std::path::Path;
-use table::Table;
+use table::{Table, is_flag};
 
 /// Distance of a node from that of a mesh file over the largest coordinate that is rounding of a text file.
 const SAME_POINTS: f64 = 1e-4;
@@ -71,8 +71,10 @@ impl Runs {
     ) -> Result<Self, ThetaText> {
         let table = Table::read(path)?;
         let inputs = table.columns(parameters)?;
-        let results =
-            outputs.map_or_else(|| Ok(table.others(&inputs)), |list| table.columns(list))?;
+        let is_other =
+            |&column: &usize| !inputs.contains(&column) && !is_flag(&table.heads[column]);
+        let others = (0..table.heads.len()).filter(is_other).collect();
+        let results: Vec<usize> = outputs.map_or(Ok(others), |list| table.columns(list))?;
         if results.is_empty() || results.iter().any(|column| inputs.contains(column)) {
             return Err(table.error(table.first, "give outputs that are not parameters".into()));
         }
@@ -155,21 +157,19 @@ impl Runs {
             return Err(at(path, reason));
         }
         let names = cells(parameters);
-        let heads: Vec<_> = names.iter().map(|name| head(name)).collect();
+        let mut heads: Vec<_> = names.iter().map(|name| head(name)).collect();
         if heads.len() != count {
             let reason = format!("{} names for {count} parameters", heads.len());
             return Err(at(Path::new("--parameters"), reason));
         }
         let named = npz::texts(path, "parameters").map_err(|error| at(path, error.to_string()))?;
         let named = named.unwrap_or_default();
-        let is_other = |(given, of_file): (&(&str, &str), (&str, &str))| {
-            let units = [given.1, of_file.1];
-            given.0 != of_file.0 || !units.contains(&"") && units[0] != units[1]
-        };
         let of_file: Vec<_> = named.iter().map(|name| head(name)).collect();
-        if !of_file.is_empty()
-            && (of_file.len() != count || heads.iter().zip(of_file.iter().copied()).any(is_other))
-        {
+        let agrees = |(given, own): (&(&str, &str), &(&str, &str))| {
+            given.0 == own.0 && (given.1 == own.1 || given.1.is_empty() || own.1.is_empty())
+        };
+        let same = of_file.len() == count && heads.iter().zip(&of_file).all(agrees);
+        if !named.is_empty() && !same {
             let reason = format!(
                 "`parameters` of the file are {}; give --parameters in this order and these units",
                 named.join(", ")
@@ -177,12 +177,8 @@ impl Runs {
             return Err(at(path, reason));
         }
         // Units that are not given are those of the file.
-        let units = of_file.iter().map(|(_, unit)| *unit).chain(std::iter::repeat(""));
-        let heads: Vec<_> = heads
-            .into_iter()
-            .zip(units)
-            .map(|((name, unit), other)| (name, if unit.is_empty() { other } else { unit }))
-            .collect();
+        let left = heads.iter_mut().zip(&of_file).filter(|(head, _)| head.1.is_empty());
+        left.for_each(|(head, own)| head.1 = own.1);
         if let Ok((_, of_file)) = npz::read(path, "points") {
             let nodes = read.points().as_flattened();
             let size = nodes.iter().fold(0.0, |size: f64, x| size.max(x.abs()));

@@ -14,35 +14,17 @@ pub enum CoordinateError {
         "{what} holds {value} at index {index}; remove or repair this entry before training or predicting"
     )]
     NotFinite { what: &'static str, index: usize, value: f64 },
-    /// A parameter on the log scale is not positive.
-    #[error(
-        "parameter {parameter} is {value}, but its scale is logarithmic; give a positive value or choose the linear scale"
-    )]
-    LogOfNonPositive { parameter: usize, value: f64 },
-    /// A sample that training would extrapolate to.
-    #[error(
-        "parameter {parameter} of sample {sample} is {value}, outside its range [{lower}, {upper}]; check the units, or \
-         widen the range"
-    )]
-    OutsideRange { sample: usize, parameter: usize, value: f64, lower: f64, upper: f64 },
-    /// A parameter range is empty.
-    #[error(
-        "parameter {parameter} ranges from {lower} to {upper}; the upper bound must exceed the lower one"
-    )]
-    EmptyRange { parameter: usize, lower: f64, upper: f64 },
+    /// A parameter outside its scale or range, or an empty range.
+    #[error("{0}")]
+    Parameter(String),
     /// A scale by which outputs or losses are divided is not positive.
     #[error(
         "{what} is {value}, but must be positive and finite; compute it from training displacements or from one linear solve"
     )]
     Scale { what: &'static str, value: f64 },
-    /// Clusters that cover no body, or directions of simulations that do not differ.
+    /// Clusters that cover no body, directions of simulations that do not differ, or a stiffness that cannot be formed.
     #[error("no coordinates: {0}")]
     None(&'static str),
-    /// A body whose stiffness cannot be formed.
-    #[error(
-        "the stiffness of the body is not finite at the displacement given: it inverts a cell, or an energy overflows; give a smaller one"
-    )]
-    NoStiffness,
     /// Parameters that do not suit a body.
     #[error(transparent)]
     Theta(#[from] sinew_energy::ThetaError),
@@ -80,4 +62,9 @@ pub fn require_finite<T: Copy + Into<f64>>(what: &'static str, values: &[T]) -> 
 /// [`CoordinateError::Scale`].
 pub fn require_positive(what: &'static str, value: f64) -> Result<()> {
     ensure(value.is_finite() && value > 0.0, CoordinateError::Scale { what, value })
+}
+
+/// Requires that a parameter has its place.
+pub(super) fn require_parameter(holds: bool, reason: impl FnOnce() -> String) -> Result<()> {
+    if holds { Ok(()) } else { Err(CoordinateError::Parameter(reason())) }
 }

@@ -96,7 +96,7 @@ impl Motions {
             positions: places,
         };
         costs::scale(&mut tree, &counts, (body, free), (displacement, theta))
-            .ok_or(CoordinateError::NoStiffness)?;
+            .ok_or(CoordinateError::None("the stiffness of the body is not finite at the displacement given: it inverts a cell, or an energy overflows; give a smaller one"))?;
         let largest =
             tree.node_scales.as_flattened().as_flattened().iter().fold(0f64, |m, s| m.max(s.abs()));
         require_positive("the displacement of a unit output", largest)?;

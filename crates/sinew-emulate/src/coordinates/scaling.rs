@@ -1,7 +1,8 @@
 //! Normalisation of parameters and displacements.
 
+use crate::coordinates::error::require_parameter;
 use crate::coordinates::{
-    CoordinateError, Result, ensure, require_count, require_finite, require_positive,
+    CoordinateError, Result, require_count, require_finite, require_positive,
 };
 use crate::sample::{WIDTH, is_inside, share_of};
 use serde::{Deserialize, Serialize};
@@ -79,8 +80,11 @@ impl ParameterScaling {
         self.standardise(theta)?;
         for (parameter, (&value, range)) in theta.iter().zip(&self.0).enumerate() {
             let Range { lower, upper, .. } = *range;
-            let error = CoordinateError::OutsideRange { sample, parameter, value, lower, upper };
-            ensure(is_inside(&range.parameter(), value), error)?;
+            require_parameter(is_inside(&range.parameter(), value), || {
+                format!(
+                    "parameter {parameter} of sample {sample} is {value}, outside its range [{lower}, {upper}]; check the units, or widen the range"
+                )
+            })?;
         }
         Ok(())
     }
@@ -103,7 +107,11 @@ impl TryFrom<Vec<Range>> for ParameterScaling {
             let Range { lower, upper, .. } = *range;
             require_finite("parameter range", &[lower, upper])?;
             range.require_positive(parameter, lower)?;
-            ensure(lower < upper, CoordinateError::EmptyRange { parameter, lower, upper })?;
+            require_parameter(lower < upper, || {
+                format!(
+                    "parameter {parameter} ranges from {lower} to {upper}; the upper bound must exceed the lower one"
+                )
+            })?;
         }
         Ok(Self(ranges))
     }
@@ -118,7 +126,11 @@ impl Range {
     /// Requires a value that its scale has a place for.
     fn require_positive(&self, parameter: usize, value: f64) -> Result<()> {
         let has_place = self.scale == Sampling::Linear || value > 0.0;
-        ensure(has_place, CoordinateError::LogOfNonPositive { parameter, value })
+        require_parameter(has_place, || {
+            format!(
+                "parameter {parameter} is {value}, but its scale is logarithmic; give a positive value or choose the linear scale"
+            )
+        })
     }
 }
 

@@ -167,6 +167,9 @@ impl Predictor for FrozenStiffness<'_> {
     }
 
     fn save(&self, _: &Path) -> Result<()> {
-        Err(Error::NotStored { kind: KEY })
+        let what = format!(
+            "an emulator of the kind `{KEY}` is not stored: it needs another body's stiffness; keep that body and make it again"
+        );
+        Err(Error::Refused(what))
     }
 }

@@ -275,7 +275,10 @@ fn farthest(
 
 /// Why there is no anchor.
 fn lacking(body: &Body, number: usize, theta: &[f64], reason: String) -> Error {
-    Error::Anchor { number, theta: in_words(body, theta), reason }
+    let (theta, most) = (in_words(body, theta), number - 1);
+    Error::Refused(format!(
+        "anchor {number} at {theta} has no solution: {reason}; narrow the ranges of the parameters, or ask for {most} anchors at most"
+    ))
 }
 
 /// A solved state with its Taylor polynomial.

@@ -126,7 +126,9 @@ impl Simulations {
         let first = self.failures.first().map_or(String::new(), |failure| {
             format!("; the first failed at {}: {}", in_words(body, &failure.theta), failure.reason)
         });
-        Err(Error::TooFewSimulations { solved: self.fields.len(), tried, least, first })
+        let solved = self.fields.len();
+        let what = format!("{solved} of {tried} simulations succeeded, {least} are needed{first}");
+        Err(Error::Refused(what))
     }
 }
 

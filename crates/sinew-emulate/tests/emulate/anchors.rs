@@ -105,9 +105,14 @@ fn an_anchor_without_an_equilibrium_is_refused_in_words() {
     }
     let body = scene.lower().unwrap();
     let error = Emulator::taylor_with_anchors(&body, 4, 1).map(|_| ()).unwrap_err();
-    assert!(matches!(error, Error::Anchor { number: 2.., .. }), "{error}");
     let words = error.to_string();
-    assert!(words.contains("p = ") && words.contains("narrow the ranges"), "{words}");
+    assert!(
+        words.starts_with("anchor ")
+            && !words.starts_with("anchor 1 ")
+            && words.contains("p = ")
+            && words.contains("narrow the ranges"),
+        "{words}"
+    );
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Linear isotropic elasticity.
 
 use super::named;
+use crate::law::{response_by_jets, stress_by_slopes};
 use crate::{Guard, Law, Response};
 use sinew_num::{Mat3, Scalar};
 use std::ops::RangeInclusive;
@@ -52,28 +53,10 @@ impl Law<0> for LinearElastic {
         directions: &[[f64; 3]; 0],
         guard: &G,
     ) -> (f64, Mat3<f64>) {
-        let energy = self.energy(parameters, h, directions, guard);
-        if energy == f64::INFINITY {
-            return (energy, Mat3::ZERO);
-        }
-        let [shear, lame] = *named(parameters);
-        let pressure = lame * h.trace();
-        let stress = |i, j| shear * (h[i][j] + h[j][i]) + if i == j { pressure } else { 0.0 };
-        (energy, Mat3::from_fn(stress))
+        stress_by_slopes(self, parameters, h, directions, guard)
     }
 
     fn response(&self, parameters: &[f64], h: &Mat3<f64>, directions: &[[f64; 3]; 0]) -> Response {
-        let (energy, stress) = self.stress(parameters, h, directions, &crate::Exact);
-        let [shear, lame] = *named(parameters);
-        let delta = |a, b| if a == b { 1.0 } else { 0.0 };
-        let tangent = std::array::from_fn(|row| {
-            let (i, j) = (row / 3, row % 3);
-            std::array::from_fn(|column| {
-                let (k, l) = (column / 3, column % 3);
-                lame * delta(i, j) * delta(k, l)
-                    + shear * (delta(i, k) * delta(j, l) + delta(i, l) * delta(j, k))
-            })
-        });
-        Response { energy, stress, tangent }
+        response_by_jets(self, parameters, h, directions)
     }
 }

@@ -192,14 +192,10 @@ fn parameters_in_wrong_units_are_refused() {
         let value = sample.theta[1];
         let objective = data_fit(&surrogate);
         let refused = Trainer::new(surrogate.clone(), data, objective, config(1, 1e-3)).err();
-        let expected = Error::Coordinates(CoordinateError::OutsideRange {
-            sample: index,
-            parameter: 1,
-            value,
-            lower: 0.5,
-            upper: 2.0,
-        });
-        assert_eq!(refused.map(|error| error.to_string()), Some(expected.to_string()));
+        let expected = format!(
+            "parameter 1 of sample {index} is {value}, outside its range [0.5, 2]; check the units, or widen the range"
+        );
+        assert_eq!(refused.map(|error| error.to_string()), Some(expected));
     }
     // A prediction there is made.
     assert!(surrogate.predict(&data.geometries[0], &[vec![1.0, 10.0]]).is_ok());

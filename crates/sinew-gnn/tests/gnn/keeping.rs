@@ -221,6 +221,6 @@ fn a_run_is_replaced_only_when_asked_to() {
     let options = in_case(folder.path(), "none");
     for _ in 0..2 {
         let failed = none.train(&body, &options, &mut ()).err().unwrap();
-        assert!(matches!(failed, Error::TooFewSimulations { .. }), "{failed}");
+        assert!(failed.to_string().contains("simulations succeeded"), "{failed}");
     }
 }

@@ -386,7 +386,7 @@ fn data_that_cannot_be_trained_on_are_refused() {
     ));
     assert!(matches!(
         attempt(&|data| data.training[1].theta[0] = -1.0),
-        Error::Coordinates(CoordinateError::LogOfNonPositive { .. })
+        Error::Coordinates(CoordinateError::Parameter(_))
     ));
 }
 

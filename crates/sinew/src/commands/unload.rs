@@ -19,10 +19,8 @@ use std::path::{Path, PathBuf};
 const MARK: &str = "# unloaded from ";
 /// Field of the fibres.
 const FIBRE: &str = "fibre";
-/// Unbalanced forces \[relative to loads and reactions\] of the image that the case file at rest may leave.
+/// Unbalanced forces \[relative to loads and reactions\] of the image that the case file at rest may leave, and components of directions.
 const SAME: f64 = 1e-6;
-/// Slope of a displacement that compares bodies at rest.
-const SHEAR: f64 = 1e-2;
 
 /// Image and its load.
 #[derive(Debug, Args)]
@@ -123,6 +121,16 @@ fn left(file: &Path, unloaded: &Unloaded) -> Option<String> {
     if body.nodes != unloaded.rest.nodes {
         return Some("the body has other nodes".into());
     }
+    // Without a load they leave no forces.
+    let turns = |&point: &usize| {
+        let [a, b] =
+            [&body, &unloaded.rest].map(|body| body.material.directions(point).as_flattened());
+        a.iter().zip(b).any(|(a, b)| (a - b).abs() > SAME)
+    };
+    if let Some(point) = (0..body.volumes.len()).find(turns) {
+        let cell = point / body.points_per_cell;
+        return Some(format!("directions that differ within a cell, such as {cell}, are its mean"));
+    }
     let places = body.prescribed.iter().enumerate();
     let apart = places.filter_map(|(dof, place)| {
         Some((body.frames.component(dof, &displacement) - (*place)?).abs())
@@ -136,34 +144,15 @@ fn left(file: &Path, unloaded: &Unloaded) -> Option<String> {
              where they are, or prescribe x, y and z"
         ));
     }
-    let norm = |forces: &[f64]| {
-        let free = body.free_degrees_of_freedom();
-        free.iter().map(|&dof| body.frames.component(dof, forces).powi(2)).sum::<f64>().sqrt()
-    };
-    let unbalanced = if size > 0.0 {
-        body.value_and_gradient(&displacement, &unloaded.theta, &mut forces);
-        norm(&forces) / unloaded.force_scale
-    } else {
-        // An unloaded image is in equilibrium whatever the law: both bodies are sheared, in the middle of the ranges.
-        let sheared: Vec<f64> =
-            body.positions.iter().flat_map(|&[x, y, z]| [y, z, x].map(|x| SHEAR * x)).collect();
-        body.value_and_gradient(&sheared, &body.centre(), &mut forces);
-        let own = norm(&forces);
-        let mut of_rest = vec![0.0; forces.len()];
-        unloaded.rest.value_and_gradient(&sheared, &body.centre(), &mut of_rest);
-        forces.iter_mut().zip(&of_rest).for_each(|(force, other)| *force -= other);
-        norm(&forces) / own
-    };
+    body.value_and_gradient(&displacement, &unloaded.theta, &mut forces);
+    let free = body.free_degrees_of_freedom();
+    let squares = free.iter().map(|&dof| body.frames.component(dof, &forces).powi(2));
+    let unbalanced = squares.sum::<f64>().sqrt() / unloaded.force_scale.max(f64::MIN_POSITIVE);
     // Written so that a NaN is told as well.
     let same = unbalanced <= SAME;
     (!same).then(|| {
-        let what = if size > 0.0 {
-            "the image is not quite an equilibrium"
-        } else {
-            "a shear has other forces"
-        };
         format!(
-            "{what} ({unbalanced:.1e} of the forces): directions that differ within a \
+            "the image is not quite an equilibrium (unbalanced forces {unbalanced:.1e} of loads and reactions): directions that differ within a \
              cell, and loads or supports given by places, are not the same in a case file at rest"
         )
     })

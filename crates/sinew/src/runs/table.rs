@@ -7,8 +7,11 @@ use std::path::Path;
 /// Advice about runs that failed.
 const OMIT: &str = "mend it, or leave failed runs out: delete their lines, or begin them with #";
 
-/// Names of columns that say whether a run failed.
-const FLAGS: [&str; 5] = ["failure", "failed", "converged", "success", "status"];
+/// Whether a column says which runs failed.
+pub(super) fn is_flag(head: &str) -> bool {
+    let flags = ["failure", "failed", "converged", "success", "status"];
+    flags.iter().any(|flag| head.eq_ignore_ascii_case(flag))
+}
 
 /// Whether a cell says that its run failed: a reason in `failure`, as [`crate::output::Results`] writes it, or a flag or word of other programs.
 fn has_failed(head: &str, cell: &str) -> bool {
@@ -75,15 +78,6 @@ impl<'a> Table<'a> {
     /// Name and unit.
     pub(super) fn head(&self, column: usize) -> (&str, &str) {
         head(&self.heads[column])
-    }
-
-    /// Columns that are no flags of failure, beside `inputs`.
-    pub(super) fn others(&self, inputs: &[usize]) -> Vec<usize> {
-        let is_flag = |column: &usize| {
-            FLAGS.iter().any(|flag| self.heads[*column].eq_ignore_ascii_case(flag))
-        };
-        let others = (0..self.heads.len()).filter(|column| !inputs.contains(column));
-        others.filter(|column| !is_flag(column)).collect()
     }
 
     /// Places of the columns of a list.
