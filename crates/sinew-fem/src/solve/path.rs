@@ -14,6 +14,8 @@ pub(crate) const FIRST_STEP: f64 = 0.25;
 /// Factor of a step after a failure, and the least and the largest factor after a success.
 const CUT: f64 = 0.5;
 const GROWTH: f64 = 2.0;
+/// Factor of a step after a failure of the first one: it finds the order of magnitude of the load quickly.
+const SCAN: f64 = 0.2;
 /// Equilibria that the next one is extrapolated from, without a field of pressure and with one. Intermediate equilibria
 /// are rough, pressures more than displacements, and higher polynomials amplify it: cubic extrapolation takes a third
 /// more iterations on beams that roll up, quadratic half as many again in incompressible bodies.
@@ -102,7 +104,7 @@ impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
                 if let (Some(limit), true) = (self.outlook.ends(), searched) {
                     return Err(Some(Advice::LimitPoint { limit, refused: target }));
                 }
-                step = (target - reached) * CUT;
+                step = (target - reached) * if reached == start { SCAN } else { CUT };
                 continue;
             };
             steps += 1;
