@@ -94,8 +94,8 @@ pub use diagnose::locking::{
     locking_at_centre,
 };
 pub use diagnose::stress::{
-    CellStress, Fibre, cell_stresses, held_sets, mixed_stresses, principal_stretches,
-    principal_values, reactions,
+    CellStress, Fibre, cell_stresses, energy_and_reactions, held_sets, mixed_stresses,
+    principal_stretches, principal_values, reactions,
 };
 pub use error::{Advice, CellValue, NotConverged, RigidMode, SolveError};
 pub use linear::systems::Method;

@@ -220,12 +220,25 @@ pub fn reactions(
     pressure: &[f64],
     theta: &[f64],
 ) -> Result<Vec<[f64; 3]>> {
+    Ok(energy_and_reactions(body, displacement, pressure, theta)?.1)
+}
+
+/// [`reactions`], after the energy [`Body::value`], in one pass over the cells.
+///
+/// # Errors
+/// As [`reactions`].
+pub fn energy_and_reactions(
+    body: &Body,
+    displacement: &[f64],
+    pressure: &[f64],
+    theta: &[f64],
+) -> Result<(f64, Vec<[f64; 3]>)> {
     check_fields(body, displacement, pressure, theta)?;
-    let total = forces(body, displacement, pressure, theta);
+    let (energy, total) = forces(body, displacement, pressure, theta);
     let sum = |nodes: &[usize]| {
         nodes.iter().fold(Vector3::zeros(), |sum, &node| sum + force_on(body, node, &total)).into()
     };
-    Ok(held_sets(body).map(|(_, nodes)| sum(nodes)).collect())
+    Ok((energy, held_sets(body).map(|(_, nodes)| sum(nodes)).collect()))
 }
 
 /// Node sets of a body's mesh whose nodes are all held, with their names.
@@ -245,11 +258,11 @@ fn force_on(body: &Body, node: usize, forces: &[f64]) -> Vector3<f64> {
     Vector3::from_fn(|i, _| if i < body.element().dimension { held[i] } else { 0.0 })
 }
 
-/// Forces on every degree of freedom: derivative of the energy, with pressures themselves in place of their potentials, and with
+/// Energy, and forces on every degree of freedom: derivative of the energy, with pressures themselves in place of their potentials, and with
 /// the field of pressure; at prescribed ones it is the reaction.
-fn forces(body: &Body, displacement: &[f64], pressure: &[f64], theta: &[f64]) -> Vec<f64> {
+fn forces(body: &Body, displacement: &[f64], pressure: &[f64], theta: &[f64]) -> (f64, Vec<f64>) {
     let mut total = vec![0.0; displacement.len()];
-    body.value_and_gradient(displacement, theta, &mut total);
+    let energy = body.value_and_gradient(displacement, theta, &mut total);
     Followers::new(&body.followers).add_forces(displacement, theta, &mut total);
     // A potential that is that of the pressure only while the rim is held: its derivative at the rim is not the force there, and depends on
     // the origin of coordinates.
@@ -268,5 +281,5 @@ fn forces(body: &Body, displacement: &[f64], pressure: &[f64], theta: &[f64]) ->
         };
         body.add_stress_forces(displacement, law, &mut total);
     }
-    total
+    (energy, total)
 }

@@ -3,7 +3,7 @@
 use super::{Quality, Results, Row, least_and_largest_ratio, mean_and_largest, shown};
 use crate::theta::{heads, outside};
 use sinew_energy::{Body, Units};
-use sinew_fem::{held_sets, reactions};
+use sinew_fem::{energy_and_reactions, held_sets};
 use sinew_num::in_parallel;
 
 /// Head of the column of residuals.
@@ -57,8 +57,11 @@ impl Results<'_> {
                 cells.extend(below(heads, values));
             };
             add(motion_heads(body).into(), field.map(|u| mean_and_largest(u).into()));
-            let energy = field.filter(|_| body.has_potential());
-            let energy = energy.map(|u| vec![body.value(u, &row.theta)]);
+            // Mixed elements without their pressures have no reactions.
+            let found = field
+                .and_then(|u| energy_and_reactions(body, u, row.pressure, &row.theta).ok())
+                .unzip();
+            let energy = found.0.filter(|_| body.has_potential()).map(|energy| vec![energy]);
             add(vec![format!("energy [{stress} {length}3]")], energy);
             add(volume_heads(body), field.map(|u| body.cavity_volumes(u)));
             let ratios = field.map(|u| least_and_largest_ratio(body, u).into());
@@ -66,9 +69,7 @@ impl Results<'_> {
             let forces = held_sets(body).flat_map(|(set, _)| {
                 ["x", "y", "z"].map(|axis| format!("reaction {axis} at {set} [{stress} {length}2]"))
             });
-            // Mixed elements without their pressures have none.
-            let found = field.and_then(|u| reactions(body, u, row.pressure, &row.theta).ok());
-            add(forces.collect(), found.map(|forces| forces.concat()));
+            add(forces.collect(), found.1.map(|forces| forces.concat()));
         }
         if judged {
             let Quality { mean, largest, energy_norm, kind, residual } =
