@@ -106,7 +106,7 @@ impl Model {
 
 /// A request as the protocol writes it; what a request does not need is absent.
 #[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(rename_all = "camelCase", expecting = "an object with `name` and `input`")]
 struct Request {
     name: String,
     input: Option<Vec<Vec<f64>>>,

@@ -149,7 +149,8 @@ impl<const N: usize> Setup<'_, N> {
                     let distance = dot3(&around, &around).sqrt();
                     if distance <= ON_AXIS * reach {
                         return Err(SceneError::Supports(format!(
-                            "node {node} of `{name}` is {distance:.1e} away from the axis of its radial support, so it has no radius to move along; take it out of the set, and clamp it"
+                            "node {node} of `{name}`, at {:?}, is {distance:.1e} away from the axis of its radial support, so it has no radius to move along; take it out of the set, and clamp it",
+                            self.mesh.points[node]
                         )));
                     }
                     hold(held, node, axis, 0.0)?;

@@ -14,7 +14,7 @@ pub(crate) struct Evaluate {
     #[command(flatten)]
     case: CaseArguments,
     /// Number of test cases
-    #[arg(long, default_value_t = 100)]
+    #[arg(long, default_value_t = 100, value_parser = super::count)]
     cases: usize,
     /// Newton steps after which errors are measured, from 0 to this number
     #[arg(long, default_value_t = 2)]
