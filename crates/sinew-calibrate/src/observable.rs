@@ -90,8 +90,11 @@ impl fmt::Display for Observable {
             Self::Strain { segment, direction, from, to } => {
                 write!(f, "{direction} strain of segment {segment} from {from} to {to}")
             }
-            Self::Displacement { point: [x, y, z], from, to, .. } => {
-                write!(f, "displacement of ({x}, {y}, {z}) from {from} to {to}")
+            Self::Displacement { point: [x, y, z], direction: [a, b, c], from, to } => {
+                write!(
+                    f,
+                    "displacement of ({x}, {y}, {z}) along ({a}, {b}, {c}) from {from} to {to}"
+                )
             }
         }
     }

@@ -310,6 +310,8 @@ impl NativeCase {
         }
         self.check(&thetas.0)?;
         let (body, asked) = (self.body.clone(), thetas.0.clone());
+        // Other solutions than those that are kept without it.
+        let folder = folder.map(|f| if load_steps { f.join("load_steps") } else { f });
         let load_steps = if load_steps { LoadSteps::Always } else { LoadSteps::WhenNeeded };
         let found = relay::run(listener, move |observer| {
             let options = Options { load_steps, ..Options::default() };
@@ -406,6 +408,9 @@ impl NativeCase {
     /// An emulator of this body that was stored.
     fn load(&self, py: Python<'_>, folder: PathBuf) -> Result<NativeEmulator> {
         self.potential()?;
+        // Training keeps it in a folder of the run.
+        let inner = folder.join("emulator");
+        let folder = if inner.is_dir() { inner } else { folder };
         NativeEmulator::loaded(py, self.body.clone(), &folder)
     }
 

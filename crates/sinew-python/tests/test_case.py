@@ -45,6 +45,12 @@ def test_meshes_of_meshio_and_pyvista_are_the_mesh(bar: Case, tmp_path: Path) ->
     )
     case = Case(mesh=of_meshio, unit="cm", **KEYS)
     assert np.allclose(case.solve(THETA).displacement, expected, rtol=1e-9, atol=1e-12)
+    of_meshio.cell_sets = {"x_min": [np.ones(len(triangles), bool), np.array([], dtype=int)]}
+    assert np.array_equal(Case(mesh=of_meshio, unit="cm", **KEYS).solve(THETA).displacement, case.solve(THETA).displacement)
+    for wrong in (np.array([len(triangles)]), np.array([-1]), np.array([0.5])):
+        of_meshio.cell_sets = {"x_min": [wrong, np.array([], dtype=int)]}
+        with pytest.raises(CaseError, match="cell set `x_min`"):
+            Case(mesh=of_meshio, unit="cm", **KEYS)
     # Interleaved kinds of cells, labelled by a field.
     blocks = meshio.Mesh(bar.points, [("tetra", bar.cells[:50]), ("triangle", triangles), ("tetra", bar.cells[50:])])
     blocks.cell_data["region"] = [np.zeros(50, int), np.full(len(triangles), 7), np.zeros(len(bar.cells) - 50, int)]
@@ -254,3 +260,9 @@ def test_an_image_is_unloaded_and_loaded_again() -> None:
     assert np.abs(found.case.points + loaded.displacement - case.points).max() < 1e-6
     with pytest.raises(CaseError, match="one set"):
         case.unload([[14.0, 14.0], [15.0, 15.0]])
+
+
+def test_solutions_by_load_steps_are_kept_apart(bar: Case, tmp_path: Path) -> None:
+    for load_steps in (False, True):
+        bar.solve(THETA, load_steps=load_steps, folder=tmp_path / "kept", progress=False)
+    assert {path.name for path in (tmp_path / "kept").iterdir()} > {"load_steps"}

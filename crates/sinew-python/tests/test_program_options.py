@@ -159,7 +159,7 @@ def test_a_page_is_that_of_the_program(bar: Case, program: str, tmp_path: Path) 
 
     run("train", "bar.toml", "--recipe", "regression", "--samples", "9", "--target", "0")
     told = run("export", "bar.toml", "--page")
-    facts = bar.load(tmp_path / "out" / "regression" / "emulator").page(tmp_path / "own.html", progress=False)
+    facts = bar.load(tmp_path / "out" / "regression").page(tmp_path / "own.html", progress=False)
     assert (tmp_path / "own.html").read_bytes() == (tmp_path / "out" / "regression.html").read_bytes()
     assert facts and all(f"{name}: {value}" in told for name, value in facts.items())
     with pytest.raises(CaseError, match="page is HTML"):

@@ -216,6 +216,8 @@ fn segments_and_points_that_are_not_there_are_told() {
     says(&other, "are of 5 cells, the body has");
 
     let far = Observable::displacement([0.0; 3], [1.0, 0.0, 0.0], "image", "phase");
+    // Two directions at one point are two data.
+    assert_eq!(far.to_string(), "displacement of (0, 0, 0) along (1, 0, 0) from image to phase");
     let far = error(far, None);
     says(&far, "(0, 0, 0) is in no cell of the image; the nearest node is");
     let distance = far.to_string().split_once(" away").and_then(|(before, _)| {

@@ -167,13 +167,22 @@ def _from_meshio(mesh: Any) -> Blocks:
     for name, parts in named.items():
         for (_, place), part in zip(places, parts):
             if part is not None and len(part):
-                blocks.name_cells(name, place.start + np.asarray(part, dtype=np.int64))
+                blocks.name_cells(name, place.start + _cells_of(name, np.asarray(part), len(place)))
     tags = mesh.cell_data.get("gmsh:physical", [])
     for name, (tag, dimension) in getattr(mesh, "field_data", {}).items():
         for (kind, place), part in zip(places, tags):
             if name not in named and KINDS[kind][2] == dimension:
                 blocks.name_cells(name, place.start + np.flatnonzero(np.asarray(part) == tag))
     return blocks
+
+
+def _cells_of(name: str, cells: np.ndarray, count: int) -> np.ndarray:
+    """Places of the cells of a set in a block of so many, by their numbers or a mask."""
+    if cells.dtype == bool and cells.shape == (count,):
+        return np.flatnonzero(cells)
+    if not np.issubdtype(cells.dtype, np.integer) or cells.min() < 0 or cells.max() >= count:
+        raise CaseError(f"mesh: the cell set `{name}` of a block of {count} cells: give numbers from 0 to {count - 1}, or a mask")
+    return cells.astype(np.int64)
 
 
 def _from_pyvista(mesh: Any) -> Blocks:

@@ -37,10 +37,15 @@ def floats(values: Any, what: str) -> Floats:
     return result
 
 
-def count(value: Any, what: str, least: int = 0) -> int:
-    """A whole number that is not too small."""
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, Integral) or not least <= int(value) < 2**63:
-        raise CaseError(f"{what} = {value!r}: give a whole number, {least} or more")
+MOST_SETS = 10**8
+"""Most parameter sets, as in the program."""
+
+
+def count(value: Any, what: str, least: int = 0, most: int = 2**63 - 1) -> int:
+    """A whole number that is neither too small nor too large."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, Integral) or not least <= int(value) <= most:
+        bound = f", at most {most}" if most == MOST_SETS else ""
+        raise CaseError(f"{what} = {value!r}: give a whole number, {least} or more{bound}")
     return int(value)
 
 

@@ -248,7 +248,7 @@ class Case:
         design: Design = "latin-hypercube",
     ) -> Floats:
         """Parameter sets within the ranges, (count, p), in the parameters' own units. Same seed, same numbers."""
-        count, seed = _numbers.count(count, "count", 1), _numbers.count(seed, "seed")
+        count, seed = _numbers.count(count, "count", 1, _numbers.MOST_SETS), _numbers.count(seed, "seed")
         _numbers.choice(design, get_args(Design), "design")
         return self._native.shown(self._native.sample(count, seed, design))
 
@@ -266,7 +266,7 @@ class Case:
 
         θ is a dictionary (`{"mu": 12.0, "p": "8 mmHg"}`, or with columns as values), p numbers, a table n × p, or None for the
         middle of the ranges. `load_steps` raises the load step by step from rest. In a `folder` solutions are kept as they are
-        made, and found again by a call with the same θ.
+        made, and found again by a call with the same θ; those of `load_steps` are in a folder `load_steps` in it.
 
         `along` is a path of one parameter, as `"p=0..8mmHg"` or `{"p": (0, "8 mmHg")}`, in `frames` steps (20 unless told), each of which starts from
         the equilibrium before. θ gives the other parameters, and there is one set more than steps. Frames behind the end of the path, where the body
@@ -406,8 +406,10 @@ class Case:
             "batch": batch,
         }
         given = {key: value for key, value in given.items() if value is not None}
-        for key in {"samples", "seed", "held_out", "batch"} & given.keys():
-            given[key] = _numbers.count(given[key], key)
+        for key in {"samples", "held_out", "batch"} & given.keys():
+            given[key] = _numbers.count(given[key], key, 0, _numbers.MOST_SETS)
+        if "seed" in given:
+            given["seed"] = _numbers.count(given["seed"], "seed")
         for key in {"target", "minutes", "learning_rate"} & given.keys():
             given[key] = _numbers.number(given[key], key)
         if not isinstance(given.get("network", {}), Mapping):
@@ -426,7 +428,7 @@ class Case:
         return Emulator(self, native)
 
     def load(self, folder: Path) -> Emulator:
-        """An emulator of this case that `Emulator.save` or the program `sinew` stored."""
+        """An emulator of this case that `Emulator.save`, `train(folder=)` or `sinew train` stored."""
         from .emulator import Emulator
 
         return Emulator(self, self._native.load(folder))

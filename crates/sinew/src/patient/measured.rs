@@ -39,6 +39,20 @@ impl Reader<'_> {
         let at = self.state("phase", phase)?;
         let from = self.state("from", entry.from.as_deref().unwrap_or(IMAGE))?;
         let is_volume = entry.volume.is_some();
+        let given = [
+            ("from", entry.from.is_some()),
+            ("segment", entry.segment.is_some()),
+            ("values", entry.values.is_some()),
+            ("point", entry.point.is_some()),
+        ];
+        let (read, kind): (&[&str], _) = match entry.strain {
+            _ if is_volume => (&[], "volume"),
+            Some(_) => (&["from", "segment", "values"], "strain"),
+            None => (&["from", "point"], "displacement"),
+        };
+        if let Some((key, _)) = given.iter().find(|(key, is)| *is && !read.contains(key)) {
+            return Err(self.error(key, format!("a {kind} does not read it; leave it out")));
+        }
         self.refuse_if(is_volume && self.same(&at, IMAGE), "phase", || {
             "the volume in the image is that of the mesh, whatever the parameters are; leave it out"
         })?;

@@ -112,13 +112,15 @@ pub(super) struct Wall {
 
 /// Least number of draws whose Pareto k̂ is estimated: five in the tail, a fifth of all.
 const FEWEST_DRAWS: usize = 25;
+/// Most of them, and of rounds: years of solves.
+const MOST_SOLVES: usize = 1_000_000;
 /// Highest degree of the emulator's polynomials.
 const MOST_DEGREE: usize = 4;
 
 impl Settings {
     /// Requires numbers that the method has a meaning for; else the key, and what is wrong there.
     pub(super) fn check(&self) -> Result<(), (&'static str, String)> {
-        let any = usize::MAX;
+        let any = MOST_SOLVES;
         let bounds = [
             ("draws", self.draws, FEWEST_DRAWS..=any),
             ("design", self.design, 1..=any),
@@ -129,9 +131,10 @@ impl Settings {
         for (key, value, bounds) in bounds {
             if let Some(value) = value.filter(|value| !bounds.contains(value)) {
                 let (least, most) = (bounds.start(), bounds.end());
-                let most =
-                    if *most == any { String::new() } else { format!(" and at most {most}") };
-                return Err((key, format!("it is {value}; give at least {least}{most}")));
+                return Err((
+                    key,
+                    format!("it is {value}; give at least {least} and at most {most}"),
+                ));
             }
         }
         Ok(())

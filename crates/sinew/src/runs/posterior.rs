@@ -90,7 +90,8 @@ impl RunsPosterior {
         observer: &mut dyn Observer,
     ) -> Result<Self, CalibrateError> {
         if !DRAWS.contains(&options.draws) {
-            let few = format!("{} draws a chain; give {DRAWS:?}", options.draws);
+            let (given, [least, most]) = (options.draws, [DRAWS.start(), DRAWS.end()]);
+            let few = format!("{given} draws a chain; give {least} to {most}");
             return Err(CalibrateError::Input(few));
         }
         let target = Target::new(emulator, data).map_err(CalibrateError::Input)?;

@@ -94,6 +94,9 @@ fn mistakes_are_refused_with_their_place() {
         expected.iter().for_each(|words| assert!(error.contains(words), "{words}: {error}"));
     };
     says("value = 72.0", "value = nan", &["data.1.value", "is NaN"]);
+    // It would be read as a change, and is the volume itself.
+    let from = "value = 72.0\nfrom = \"low\"";
+    says("value = 72.0", from, &["data.1.from", "a volume does not read it"]);
     says("unit = \"mL\"\nsd = 2.0", "sd = 2.0", &["data.1.unit", "the unit is missing", "mL"]);
     says(
         "unit = \"mL\"\nsd = 2.0",
