@@ -1,7 +1,6 @@
 //! Measurements that documents cite.
 
 mod by_size;
-mod locking;
 mod mean_ventricle;
 mod rivals;
 mod runs;
@@ -14,9 +13,6 @@ use clap::Subcommand;
 pub enum Measurement {
     /// Cost of preparation and of an answer by the size of a body, beside a sweep of the solver
     BySize(by_size::Arguments),
-    /// Displacement that linear tetrahedra lose, by the estimate and by a solve in quadratic ones: blocks, plates, ventricles, livers; the
-    /// published organs and the surfaces of a real heart where ../shared/meshes has them
-    Locking,
     /// A ventricle by Sinew, FEniCS, NGSolve, FElupe and scikit-fem, on the same meshes: seconds, memory, energies
     Rivals(rivals::Arguments),
     /// Emulators of stored runs against runs that are held back, of a table or of smooth functions
@@ -33,7 +29,6 @@ impl Measurement {
     pub fn run(self) -> Result<()> {
         match self {
             Self::BySize(arguments) => by_size::run(&arguments),
-            Self::Locking => locking::run(),
             Self::Rivals(arguments) => rivals::run(&arguments),
             Self::Runs(arguments) => runs::run(&arguments),
             Self::Size(arguments) => by_size::run_size(&arguments),

@@ -1,7 +1,7 @@
 //! Locking of linear elements: the displacement that is lost, estimated at an equilibrium by one linear problem in enriched cells, or
 //! measured beside a better formulation.
 //!
-//! Estimates beside measurements: `cargo xtask measure locking` (docs/design.md, "Elements").
+//! Estimates beside measurements: docs/design.md, "Elements".
 
 mod enriched;
 mod estimate;

@@ -441,9 +441,9 @@ fn supports_that_hold_too_little_or_contradict_each_other_are_refused() {
     let corner = turned(&TURN, [0.0, 0.5, 0.6]);
     let on_axis = lowered(vec![Support::radial("x_min", corner, normal(2))]).unwrap_err();
     let text = on_axis.to_string();
-    let words: Vec<&str> = text.split(' ').collect();
-    assert!(text.contains(" of `x_min` is ") && words[0] == "node", "{text}");
-    let (node, distance): (usize, f64) = (words[1].parse().unwrap(), words[5].parse().unwrap());
+    let (node, rest) = text.strip_prefix("node ").unwrap().split_once(" of `x_min`, at [").unwrap();
+    let distance = rest.split_once("], is ").unwrap().1.split(' ').next().unwrap();
+    let (node, distance): (usize, f64) = (node.parse().unwrap(), distance.parse().unwrap());
     assert!(distance < 1e-12);
     let away: [f64; 3] = std::array::from_fn(|i| mesh().points[node][i] - corner[i]);
     let along: f64 = (0..3).map(|i| away[i] * normal(2)[i]).sum();
