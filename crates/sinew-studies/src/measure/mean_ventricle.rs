@@ -5,7 +5,7 @@ use anyhow::Result;
 use sinew_energy::laws::HolzapfelOgden;
 use sinew_energy::{Body, Law, Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
-use sinew_mesh::{AnyMesh, Field, TetMesh};
+use sinew_mesh::{AnyMesh, TetMesh};
 
 /// Parameters a \[kPa\], b, a_f \[kPa\] and b_f, and the pressure \[kPa\]; `fixtures/rivals/problem.py` has them, too.
 pub(super) const THETA: [f64; 5] = [0.17, 2.4, 3.0, 2.5, 0.9];
@@ -20,14 +20,6 @@ pub(super) fn fibres(
     let surfaces = Surfaces { endocardium, epicardium, base };
     let frames = by_rule(mesh, &surfaces, &FibreRule::SIXTY)?;
     Ok(frames.iter().map(|frame| frame[0]).collect())
-}
-
-/// A mesh with these fibres and the set that the scene of the solver's tests reads.
-pub(super) fn with_fibres(mut mesh: TetMesh, sides: [&str; 3]) -> Result<TetMesh> {
-    mesh.cell_fields.insert("fibre".into(), Field::vectors(&fibres(&mesh, sides)?));
-    let cavity = mesh.facet_sets[sides[0]].clone();
-    mesh.facet_sets.insert("region:1".into(), cavity);
-    Ok(mesh)
 }
 
 /// Scene on a mesh of the ventricle; bulk modulus \[kPa\].
