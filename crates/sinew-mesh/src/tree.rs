@@ -52,7 +52,6 @@ impl SurfaceTree {
         let node = self.nodes.len();
         self.nodes.push(Node { low, high, start, end, second: None });
         if end - start > LEAF {
-            // Large triangles do not hide along which axis there are many.
             let corners = &self.corners;
             let centre = |t: usize| corners[t].iter().sum::<Point>();
             // Boxes of long triangles do not tell along which axis there are many.

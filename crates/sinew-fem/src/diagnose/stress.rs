@@ -223,7 +223,23 @@ pub fn reactions(
     Ok(energy_and_reactions(body, displacement, pressure, theta)?.1)
 }
 
-/// [`reactions`], after the energy [`Body::value`], in one pass over the cells.
+/// The energy [`Body::value`] \[stress·length³\] and the [`reactions`] \[stress·length²\], in one pass over the cells.
+///
+/// ```
+/// use sinew_energy::{Load, Parameter, Scene, Support, laws::LinearElastic};
+/// use sinew_fem::energy_and_reactions;
+///
+/// let block = Scene::new(sinew_mesh::box_tetrahedra([1.0; 3], [1; 3]), LinearElastic)
+///     .parameter(Parameter::log("mu", "kPa", 1.0..=100.0))
+///     .parameter(Parameter::log("lambda", "kPa", 1.0..=100.0))
+///     .load(Load::BodyForce([0.0, 0.0, -0.5]))
+///     .support(Support::clamped("z_min"))
+///     .lower()?;
+/// let rest = vec![0.0; 3 * block.nodes];
+/// let (energy, forces) = energy_and_reactions(&block, &rest, &[], &[1.0, 1.0])?;
+/// assert!(energy == 0.0 && forces.len() == 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
 /// As [`reactions`].

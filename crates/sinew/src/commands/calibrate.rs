@@ -2,7 +2,7 @@
 
 use super::runs::DataFile;
 use super::{
-    CaseArguments, Unpassed, Usage, check_folder, keep, keep_foreign, marked, refuse_if,
+    CaseArguments, Unpassed, Usage, check_folder, keep, keep_foreign, marked, refuse_if, same,
     tell_reading, warn, write,
 };
 use anyhow::Result;
@@ -138,11 +138,10 @@ impl Synthesise {
         check_folder(&self.output)?;
         let file = PatientFile::read(&self.patient)?;
         keep([&self.patient].into_iter().chain(&file.case.files()), &self.output)?;
-        let folder = |file: &Path| file.canonicalize().ok()?.parent().map(Path::to_path_buf);
+        let folder = |file: &Path| file.parent().unwrap_or(file).join(".");
         let named = Case::parse(file.case.text(), "")?.files();
-        let moves = folder(&self.patient)
-            != self.output.parent().and_then(|of| of.join(".").canonicalize().ok());
-        refuse_if(moves && named.iter().any(|file| file.is_relative()), || {
+        let stays = same(&folder(&self.patient), &folder(&self.output));
+        refuse_if(!stays && named.iter().any(|file| file.is_relative()), || {
             format!(
                 "-o: {} names files by their places beside it; write into its folder",
                 self.patient.display()

@@ -120,12 +120,11 @@ const MOST_DEGREE: usize = 4;
 impl Settings {
     /// Requires numbers that the method has a meaning for; else the key, and what is wrong there.
     pub(super) fn check(&self) -> Result<(), (&'static str, String)> {
-        let any = MOST_SOLVES;
         let bounds = [
-            ("draws", self.draws, FEWEST_DRAWS..=any),
-            ("design", self.design, 1..=any),
-            ("checks", self.checks, FEWEST_DRAWS..=any),
-            ("rounds", self.rounds, 1..=any),
+            ("draws", self.draws, FEWEST_DRAWS..=MOST_SOLVES),
+            ("design", self.design, 1..=MOST_SOLVES),
+            ("checks", self.checks, FEWEST_DRAWS..=MOST_SOLVES),
+            ("rounds", self.rounds, 1..=MOST_SOLVES),
             ("degree", self.degree, 1..=MOST_DEGREE),
         ];
         for (key, value, bounds) in bounds {

@@ -16,10 +16,11 @@ pub(super) fn is_flag(head: &str) -> bool {
 /// Whether a cell says that its run failed: a reason in `failure`, as [`crate::output::Results`] writes it, or a flag or word of other programs.
 fn has_failed(head: &str, cell: &str) -> bool {
     let cell = cell.to_ascii_lowercase();
-    let is_no = ["0", "false", "no", "none"].contains(&&*cell);
+    let number = cell.parse::<f64>().ok();
+    let is_no = number == Some(0.0) || ["false", "no", "none"].contains(&&*cell);
     match &*head.to_ascii_lowercase() {
         "failure" | "failed" => {
-            !cell.is_empty() && !is_no && (cell == "1" || cell.parse::<f64>().is_err())
+            !cell.is_empty() && !is_no && number.is_none_or(|number| number == 1.0)
         }
         "converged" | "success" => is_no,
         "status" => {

@@ -425,6 +425,8 @@ fn failed_runs_and_outputs_worse_than_their_mean_are_told() {
     for (flag, bad, good) in [
         ("failed", "1", "0"),
         ("failed", "True", "False"),
+        ("failed", "1.0", "0.0"),
+        ("converged", "0.0", "1.0"),
         ("converged", "0", "1"),
         ("success", "no", "yes"),
         ("status", "NOT CONVERGED", "converged"),
